@@ -30,8 +30,11 @@ class InputError(ValueError):
 
 def check_number(name: str, value: Any, *, above: float = -math.inf, least: float = -math.inf) -> None:
     """Raise a ValueError that names the argument unless ``value`` is finite, plausible, and in these limits."""
-    is_number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if not is_number or not math.isfinite(_as_float(value)) or not value > above:
+    try:
+        is_finite = isinstance(value, (int, float, np.number)) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        is_finite = False
+    if not is_finite or not value > above:
         wanted = "a finite number" if above == -math.inf else f"a finite number above {above:g}"
         raise ValueError(f"{name} is {shown(value)}; it must be {wanted}")
     if above == 0 and value < _LEAST_ABOVE_0:
@@ -72,12 +75,8 @@ def printable(text: str) -> str:
 
 def as_text(name: str) -> str:
     """A file's name as text that any file can hold: bytes in it that are no UTF-8 are spelt out, as in messages."""
-    return name if name.isascii() else "".join(each if not _is_byte(each) else _spelt(each) for each in name)
-
-
-def _is_byte(character: str) -> bool:
-    """Whether a character stands for a byte that is no text, or is half of one."""
-    return "\ud800" <= character <= "\udfff"
+    # A lone surrogate stands for a byte that is no text, or is half of one.
+    return re.sub("[\ud800-\udfff]", lambda match: _spelt(match[0]), name)
 
 
 def _spelt(character: str) -> str:
@@ -91,9 +90,7 @@ def _spelt(character: str) -> str:
 def make_plain(struct: msgspec.Struct) -> None:
     """Replace, in place, numpy's numbers and arrays among a struct's fields by Python's numbers and tuples."""
     for name in struct.__struct_fields__:
-        value = getattr(struct, name)
-        if isinstance(value, (np.generic, np.ndarray, list, tuple)):
-            msgspec.structs.force_setattr(struct, name, _plain(value))
+        msgspec.structs.force_setattr(struct, name, _plain(getattr(struct, name)))
 
 
 def _plain(value: Any) -> Any:
@@ -102,13 +99,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, (np.ndarray, list, tuple)):
         return tuple(_plain(each) for each in value)
     return value
-
-
-def _as_float(value: Any) -> float:
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf
 
 
 @lru_cache(maxsize=256)

@@ -12,7 +12,7 @@ from pathlib import Path
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.received import folders_below, pictures_in, videos_below
 from dockpose.sources import Kind, SourceError, kind_of, list_pictures
-from dockpose.sources.names import BAG_METADATA, is_rosbag2_file
+from dockpose.sources.bags.storage import BAG_METADATA, is_rosbag2_file
 
 _STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")
 LOCK = ".lock"  # of a folder; the system releases locks when their holder ends, however

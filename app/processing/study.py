@@ -22,7 +22,7 @@ from dockpose.app.inputs.protected import FolderLock, InUseError
 from dockpose.app.processing.parallel import workers
 from dockpose.app.resources import versions
 from dockpose.files.durable_files import remove_temporaries, sync_folder, write_whole
-from dockpose.study.scenes import ELAPSED, as_text, methods, scene_rows
+from dockpose.study.judge import ELAPSED, as_text, methods, scene_rows
 
 BLOCK = 2  # scenes: about half a second of one core, which is what a kill can cost
 _ABOUT, _SCENES, STUDY_CSV, COST_CSV = "study.json", "scenes", "study.csv", "cost.csv"

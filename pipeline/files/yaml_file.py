@@ -12,6 +12,7 @@ from dockpose.checks import InputError, shown
 MOST_BYTES = 300_000
 _MOST_NODES = 20_000  # keys and values, with those of aliases counted wherever they are repeated
 _DEEPEST = 30
+_WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0)
 _LONGEST = 300  # characters of what YAML says of a fault
 
 
@@ -115,7 +116,8 @@ def parse_yaml(data: bytes, name: str) -> dict[str, Any]:
 def read_small(path: str | Path, most_bytes: int) -> bytes:
     """Return the contents of a regular file of at most so many bytes; a pipe could keep us waiting for ever."""
     try:
-        with open(path, "rb", opener=_without_waiting) as file:
+        # A pipe is opened at once, even where nobody writes to it.
+        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _WITHOUT_WAITING)) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise FileError(f"{path}: is not a regular file")
             data = file.read(most_bytes + 1)
@@ -126,11 +128,6 @@ def read_small(path: str | Path, most_bytes: int) -> bytes:
     if len(data) > most_bytes:
         raise FileError(f"{path}: has more than the {most_bytes / 1e6:g} MB that are read")
     return data
-
-
-def _without_waiting(path: str, flags: int) -> int:
-    """Open a file; a pipe at once, even where nobody writes to it."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def to_yaml(content: dict[str, Any]) -> str:

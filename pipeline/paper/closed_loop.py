@@ -65,10 +65,8 @@ def draw_approach(seed: int, number: int) -> FilmPlan:
 
 
 def run_approach(seed: int, number: int, rule: str) -> Course:
-    """Steer one approach by one of ``RULES``: Table 1 by the letter and as we read it, the tracker, each picture alone.
-
-    Table 1 begins with either candidate, by a coin that both readings share.
-    """
+    """Steer one approach by one of ``RULES``: Table 1 by the letter or as we read it, the tracker, each picture."""
+    # Table 1 begins with either candidate, by a coin that both readings share.
     plan = draw_approach(seed, number)
     first = int(np.random.default_rng([seed, 2, number]).integers(2))
     choose = _chooser(rule, plan, first)
@@ -171,10 +169,8 @@ def choose_by_table(
     *,
     literal: bool = False,
 ) -> Orientation:
-    """Choose one of two candidates as Table 1 of the paper does; docs/paper.md says how its slip in print is read.
-
-    By the letter theta_x alone counts, against the frame before.
-    """
+    """Choose one of two candidates as Table 1 of the paper does; docs/paper.md says how its slip in print is read."""
+    # By the letter theta_x alone counts, against the frame before.
     selected, last = first, len(candidates) - 1
     if before is not None and literal:
         normal = before.other_normal if before.frame == 1 and before.eccentricity < eccentricity else before.normal

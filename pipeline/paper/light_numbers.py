@@ -7,7 +7,7 @@ import numpy as np
 from dockpose.dock import Dock
 from dockpose.lights.ellipse import NoEllipseError
 from dockpose.paper.lights.levels import poses_of_all
-from dockpose.paper.tank.poses import CAMERA, DIAMETER_M
+from dockpose.paper.tables import CAMERA, DIAMETER_M
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.pose.pnp import METHODS, NoPoseError, solve
 from dockpose.pose.solve import find_poses
@@ -39,10 +39,8 @@ class Errors:
 
 
 def errors_with(seen: int, lights: int, seed: int, trials: int = TRIALS) -> Errors:
-    """Errors where ``seen`` of ``lights`` evenly spaced lights are seen, each with 0.3 px of noise.
-
-    The ellipse's is that of its better pose; EPnP and its peers are given which light is which, our method is not.
-    """
+    """Errors where ``seen`` of ``lights`` evenly spaced lights are seen, each with 0.3 px of noise."""
+    # The ellipse's is that of its better pose; EPnP and its peers are given which light is which, our method is not.
     known = Dock(DIAMETER_M, lights)
     found: dict[str, list[tuple[float, float]]] = {who: [] for who in WHO}
     for trial in range(trials):

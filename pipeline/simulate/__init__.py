@@ -1,13 +1,11 @@
 """Simulated pictures and sequences of a dock, with the truth beside them."""
 
 from dockpose.simulate.files import load_scene, load_sequence, save_scene, save_sequence
-from dockpose.simulate.motion import Approach, ClosedLoop, Hover, Sweep
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Lights, Pose, Sensor
 from dockpose.simulate.render import render
-from dockpose.simulate.scene import Scene
-from dockpose.simulate.sequence import FilmPlan, RenderedFrame, film
-from dockpose.simulate.truth import Truth, truth_of
+from dockpose.simulate.scene import Scene, Truth, truth_of
+from dockpose.simulate.sequence import Approach, ClosedLoop, FilmPlan, Hover, RenderedFrame, Sweep, film
 
 __all__ = [
     "Approach",

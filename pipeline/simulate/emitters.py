@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from dockpose.simulate.optics.water import BANDS
 from dockpose.simulate.parts import COLOURS, Mirror
-from dockpose.simulate.scene import Scene
-from dockpose.simulate.truth import Truth, random_stream
+from dockpose.simulate.scene import Scene, Truth, random_stream
 
 _WATER_INDEX = 1.333  # of refraction, fresh water at 20 degrees Celsius
 _GLINTS = 5  # a rippled surface breaks a reflection into about this many glints
@@ -26,8 +25,22 @@ class Emitters:
 
 def emitters_of(scene: Scene, truth: Truth) -> Emitters:
     """Collect everything in a scene that shines and whose light can reach the camera."""
-    lights = _dock_lights(scene, truth, truth.lights_m, truth.normal)
-    parts = [lights, _lamps(scene)]
+    count, lamps = len(truth.lights_m), scene.lamps
+    lights = Emitters(
+        points_m=truth.lights_m,
+        levels=scene.lights.level * (np.array(scene.lights.brightness or np.ones(count)) * truth.lit),
+        intensity=_beam(truth.lights_m, truth.normal, scene.lights.beam_exponent),
+        radii_m=scene.lights.radius_m * np.array(scene.lights.size or np.ones(count)),
+        colours=np.array([COLOURS[name] for name in scene.light_colours]).reshape(count, len(BANDS)),
+    )
+    others = Emitters(
+        points_m=np.array([lamp.position_m for lamp in lamps]).reshape(-1, 3),
+        levels=np.array([lamp.level for lamp in lamps]),
+        intensity=np.ones(len(lamps)),
+        radii_m=np.array([lamp.radius_m for lamp in lamps]),
+        colours=np.ones((len(lamps), len(BANDS))),
+    )
+    parts = [lights, others]
     if scene.mirror is not None:
         parts += [_mirrored(scene, scene.mirror, part, truth.normal if part is lights else None) for part in parts]
     joined = Emitters(*(np.concatenate([getattr(part, name) for part in parts]) for name in Emitters.__annotations__))
@@ -35,35 +48,10 @@ def emitters_of(scene: Scene, truth: Truth) -> Emitters:
     return Emitters(*(getattr(joined, name)[reach] for name in Emitters.__annotations__))
 
 
-def _dock_lights(scene: Scene, truth: Truth, points_m: np.ndarray, normal: np.ndarray) -> Emitters:
-    count = len(points_m)
-    brightness = np.array(scene.lights.brightness or np.ones(count)) * truth.lit
-    sizes = np.array(scene.lights.size or np.ones(count))
-    colours = np.array([COLOURS[name] for name in scene.light_colours])
-    return Emitters(
-        points_m=points_m,
-        levels=scene.lights.level * brightness,
-        intensity=_beam(points_m, normal, scene.lights.beam_exponent),
-        radii_m=scene.lights.radius_m * sizes,
-        colours=colours.reshape(count, len(BANDS)),
-    )
-
-
 def _beam(points_m: np.ndarray, normal: np.ndarray, exponent: float) -> np.ndarray:
     """Intensity towards the camera of lamps that face along the normal: cos^exponent, and nothing backwards."""
     cosine = -(points_m @ normal) / np.linalg.norm(points_m, axis=1)
     return np.where(cosine > 0, np.maximum(cosine, 0) ** exponent, 0.0)
-
-
-def _lamps(scene: Scene) -> Emitters:
-    lamps = scene.lamps
-    return Emitters(
-        points_m=np.array([lamp.position_m for lamp in lamps]).reshape(-1, 3),
-        levels=np.array([lamp.level for lamp in lamps]),
-        intensity=np.ones(len(lamps)),
-        radii_m=np.array([lamp.radius_m for lamp in lamps]),
-        colours=np.ones((len(lamps), len(BANDS))),
-    )
 
 
 def _mirrored(scene: Scene, mirror: Mirror, part: Emitters, normal: np.ndarray | None) -> Emitters:

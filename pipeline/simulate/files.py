@@ -10,9 +10,8 @@ from dockpose.files.durable_files import write_whole
 from dockpose.files.yaml_file import FileError, read_yaml, to_yaml
 from dockpose.simulate.optics.water import preset
 from dockpose.simulate.render import render
-from dockpose.simulate.scene import Scene
+from dockpose.simulate.scene import Scene, Truth, truth_dict
 from dockpose.simulate.sequence import FilmPlan, RenderedFrame
-from dockpose.simulate.truth import Truth, truth_dict
 
 TRUTH_COLUMNS = (
     *("frame", "time_s", "x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "roll_deg"),

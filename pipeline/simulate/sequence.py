@@ -1,4 +1,4 @@
-"""Sequences: pictures of a scene in which the vehicle moves, on its own or steered by an estimator."""
+"""Sequences: a scene in which the vehicle moves: an approach, a sweep, hovering, or steered by an estimator."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -8,12 +8,98 @@ import cv2
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
+from dockpose.checks import check_whole
 from dockpose.pose.circle import CirclePose, angles_of, rotation_from_angles
-from dockpose.simulate.motion import Approach, ClosedLoop, Hover, Motion, Sweep
-from dockpose.simulate.parts import Pose
+from dockpose.simulate.parts import Part, Pose
 from dockpose.simulate.render import render
-from dockpose.simulate.scene import Scene
-from dockpose.simulate.truth import Truth, dock_rotation, random_stream
+from dockpose.simulate.scene import Scene, Truth, dock_rotation, random_stream
+
+
+class Motion(Part, frozen=True, kw_only=True, tag_field="kind"):
+    """What all motions share.
+
+    Parameters
+    ----------
+    frames, rate_hz : int and float, hertz
+        Number of frames, and frames per second.
+    drift_m, drift_deg : float, metres and degrees
+        Standard deviations, over many sequences, of the drift and rotation by currents along and about each axis.
+    drift_time_s : float, seconds
+        Shortest period of the drift.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite or out of range.
+    """
+
+    frames: int = 100
+    rate_hz: float = 10.0
+    drift_m: float = 0.0
+    drift_deg: float = 0.0
+    drift_time_s: float = 4.0
+
+    _above_0 = ("rate_hz", "drift_time_s")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_whole("frames", self.frames, least=1)
+
+
+class Approach(Motion, frozen=True, kw_only=True, tag="approach"):
+    """The distance ahead (z) falls evenly from ``start_m`` to ``end_m``; the dock keeps its place in the picture.
+
+    Parameters
+    ----------
+    start_m, end_m : float, metres
+        Distance in the first and the last frame, above 0.
+    """
+
+    start_m: float = 20.0
+    end_m: float = 1.0
+
+    _above_0 = (*Motion._above_0, "start_m", "end_m")
+
+
+class Sweep(Motion, frozen=True, kw_only=True, tag="sweep"):
+    """The dock passes at constant speed, from one side of its position in the scene to the other.
+
+    Parameters
+    ----------
+    reach_m : float, metres
+        How far it goes to either side.
+    angle_deg : float, degrees
+        Direction in the picture, from the x axis towards y.
+    """
+
+    reach_m: float = 1.0
+    angle_deg: float = 0.0
+
+
+class Hover(Motion, frozen=True, kw_only=True, tag="hover"):
+    """The vehicle holds its position, apart from the currents."""
+
+    drift_m: float = 0.03
+    drift_deg: float = 2.0
+
+
+class ClosedLoop(Motion, frozen=True, kw_only=True, tag="closed_loop"):
+    """The vehicle moves onto the dock's axis as an estimator sees it, turns towards the dock, and closes in.
+
+    Parameters
+    ----------
+    end_m : float, metres
+        Distance at which it stops.
+    speed_m_per_s, turn_deg_per_s : float, metres and degrees per second
+        Top speed and top turn rate.
+    """
+
+    end_m: float = 1.0
+    speed_m_per_s: float = 0.3
+    turn_deg_per_s: float = 20.0
+
+    _above_0 = (*Motion._above_0, "end_m")
+
 
 Observe = Callable[[np.ndarray, Camera], CirclePose | None]
 
@@ -119,11 +205,11 @@ def scenes(sequence: FilmPlan) -> Iterator[tuple[float, Scene]]:
     if motion is None:
         yield 0.0, scene
         return
-    drift, rotation = _Drift(scene, motion), dock_rotation(scene)
+    drift, rotation = _drift(scene, motion), dock_rotation(scene)
     for index in range(motion.frames):
         time_s = index / motion.rate_hz
         place = _place(motion, np.array(scene.pose.position_m), index / max(1, motion.frames - 1))
-        position, turned = _carried(place, rotation, drift.at(time_s))
+        position, turned = _carried(place, rotation, drift(time_s))
         yield time_s, _with_pose(scene, position, turned, index)
 
 
@@ -138,7 +224,7 @@ def _place(motion: Motion, position_m: np.ndarray, share: float) -> np.ndarray:
 
 
 def _steered(scene: Scene, motion: ClosedLoop, observe: Observe) -> Iterator[RenderedFrame]:
-    drift = _Drift(scene, motion)
+    drift = _drift(scene, motion)
     position, rotation = np.array(scene.pose.position_m), dock_rotation(scene)
     for index in range(motion.frames):
         time_s = index / motion.rate_hz
@@ -149,7 +235,7 @@ def _steered(scene: Scene, motion: ClosedLoop, observe: Observe) -> Iterator[Ren
         if observed is not None:
             travel, turn = steer(observed, motion)
             position, rotation = turn.T @ (position - travel), turn.T @ rotation
-        added = drift.at(time_s + 1 / motion.rate_hz) - drift.at(time_s)
+        added = drift(time_s + 1 / motion.rate_hz) - drift(time_s)
         position, rotation = _carried(position, rotation, added)
 
 
@@ -169,19 +255,13 @@ def steer(observed: CirclePose, motion: ClosedLoop) -> tuple[np.ndarray, np.ndar
     return travel, cv2.Rodrigues(axis * angle / max(sine, 1e-12))[0]
 
 
-class _Drift:
-    """Smooth random motion by currents: a sum of oscillations, so that it is known at any time."""
-
-    def __init__(self, scene: Scene, motion: Motion) -> None:
-        rng = random_stream(scene, "drift")
-        self._size = np.array([motion.drift_m] * 3 + [math.radians(motion.drift_deg)] * 3)
-        self._frequency_hz = rng.uniform(0.2, 1.0, (_SWINGS, 6)) / motion.drift_time_s
-        self._phase = rng.uniform(0, 2 * math.pi, (_SWINGS, 6))
-
-    def at(self, time_s: float) -> np.ndarray:
-        """Shift in metres and rotation vector in radians (6,) of the dock as the camera sees it."""
-        swings = np.cos(2 * math.pi * self._frequency_hz * time_s + self._phase)
-        return self._size * math.sqrt(2 / _SWINGS) * swings.sum(axis=0)
+def _drift(scene: Scene, motion: Motion) -> Callable[[float], np.ndarray]:
+    """Smooth random motion (6,) by currents, at any time: the dock's shift in metres and rotation vector in radians."""
+    rng = random_stream(scene, "drift")
+    size = np.array([motion.drift_m] * 3 + [math.radians(motion.drift_deg)] * 3) * math.sqrt(2 / _SWINGS)
+    frequency_hz = rng.uniform(0.2, 1.0, (_SWINGS, 6)) / motion.drift_time_s
+    phase = rng.uniform(0, 2 * math.pi, (_SWINGS, 6))
+    return lambda time_s: size * np.cos(2 * math.pi * frequency_hz * time_s + phase).sum(axis=0)
 
 
 def _carried(position_m: np.ndarray, rotation: np.ndarray, drift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -10,10 +10,8 @@ from dockpose.sources.capture import NO_WISHES, Wishes
 from dockpose.sources.exposure import ExposureWatch
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell, read_ahead
 from dockpose.sources.live import Arrival, Live
-from dockpose.sources.names import BAG_ENDINGS, VIDEO_ENDINGS, Kind, camera_number, kind_of
-from dockpose.sources.opening import open_frames
+from dockpose.sources.opening import BAG_ENDINGS, VIDEO_ENDINGS, Kind, Simulated, camera_number, kind_of, open_frames
 from dockpose.sources.pictures import PICTURE_ENDINGS, Pictures, list_pictures, numeric
-from dockpose.sources.simulated import Simulated
 from dockpose.sources.video import Video
 
 __all__ = [

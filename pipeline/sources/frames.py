@@ -1,6 +1,7 @@
 """Frames, and what all sources of frames have in common."""
 
 import abc
+import contextlib
 import queue
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -96,6 +97,7 @@ class Frames(abc.ABC):
         self.is_cut_short = False
         self._tell: Tell = tell or (lambda text: None)
         self._turn_deg, self._told_tags = 0, set[int]()
+        self._open = contextlib.ExitStack()  # what :meth:`close` releases
 
     @abc.abstractmethod
     def __iter__(self) -> Iterator[Frame]:
@@ -117,8 +119,9 @@ class Frames(abc.ABC):
         self._turn_deg = check_turn("degrees", degrees)
         self.camera = None if self.camera is None else self.camera.rotated(degrees)
 
-    def close(self) -> None:  # noqa: B027  # most have nothing to release
+    def close(self) -> None:
         """Release files, cameras and threads."""
+        self._open.close()
 
     def __enter__(self) -> Self:
         return self
@@ -186,34 +189,30 @@ def growing(stamps: Sequence[int]) -> tuple[list[int], list[int]]:
 
 Item = TypeVar("Item")
 _AHEAD = 4  # items
-_END = object()
 
 
 def read_ahead(items: Iterable[Item]) -> Iterator[Item]:
     """Yield the items in order, fetched by a thread that is a few ahead; its errors come in turn."""
-    waiting: queue.Queue[tuple[object, BaseException | None]] = queue.Queue(maxsize=_AHEAD)
+    waiting: queue.Queue[tuple[Item] | BaseException | None] = queue.Queue(maxsize=_AHEAD)
     stop = threading.Event()
 
     def run() -> None:
         try:
             for item in items:
-                waiting.put((item, None))
+                waiting.put((item,))
                 if stop.is_set():
                     return
-            waiting.put((_END, None))
+            waiting.put(None)
         except BaseException as error:  # raised again where the items are consumed
-            waiting.put((_END, error))
+            waiting.put(error)
 
     thread = threading.Thread(target=run, name="dockpose reading ahead", daemon=True)
     thread.start()
     try:
-        while True:
-            item, error = waiting.get()
-            if error is not None:
-                raise error
-            if item is _END:
-                return
-            yield item  # pyright: ignore[reportReturnType]
+        while (got := waiting.get()) is not None:
+            if isinstance(got, BaseException):
+                raise got
+            yield got[0]
     finally:
         stop.set()
         while not waiting.empty():  # so that the thread, which may wait for room, comes to its end

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import av
 import numpy as np
-from dockpose.sources.capture import NO_WISHES, Camera, Wishes
+from dockpose.sources.capture import NO_WISHES, Camera, StreamCapture, Wishes
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
-from dockpose.sources.stream import StreamCapture
 
 Capture = Camera | StreamCapture
 
@@ -40,12 +39,7 @@ class Live(Frames):
     is_live = True
 
     def __init__(
-        self,
-        source: str,
-        connect: Callable[[], Capture],
-        tell: Tell | None = None,
-        *,
-        wishes: Wishes = NO_WISHES,
+        self, source: str, connect: Callable[[], Capture], tell: Tell | None = None, *, wishes: Wishes = NO_WISHES
     ) -> None:
         super().__init__(source, tell)
         self._connect = connect

@@ -1,20 +1,119 @@
-"""Open a source of frames by its name."""
+"""Open the source of frames that a text names; a path is never taken for an address, nor an address for a path."""
 
+import enum
+import glob
 import os
+import re
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
 
 import numpy as np
 from dockpose.checks import check_turn, shown
+from dockpose.estimate import estimate
 from dockpose.files.yaml_file import FileError
-from dockpose.simulate import load_sequence
+from dockpose.simulate import ClosedLoop, FilmPlan, film, load_sequence
+from dockpose.simulate.render import render
+from dockpose.simulate.sequence import Observe, scenes
 from dockpose.sources.bags import Bag
-from dockpose.sources.capture import NO_WISHES, Camera, Wishes
-from dockpose.sources.frames import Frames, SourceError, Tell
+from dockpose.sources.bags.storage import BAG_METADATA, check_regular, is_rosbag2_file
+from dockpose.sources.capture import NO_WISHES, Camera, StreamCapture, Wishes
+from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 from dockpose.sources.live import Live
-from dockpose.sources.names import Kind, camera_number, check_regular, kind_of
-from dockpose.sources.pictures import Pages, Pictures, list_pictures
-from dockpose.sources.simulated import Simulated
-from dockpose.sources.stream import StreamCapture
+from dockpose.sources.pictures import Pages, Pictures, has_pages, list_pictures
 from dockpose.sources.video import Video
+
+_ADDRESS = re.compile(r"(rtsps?|rtmps?|https?|udp|rtp|srt|tcp)://", re.IGNORECASE)
+_CAMERA = re.compile(r"(?:/dev/video)?([0-9]{1,4})")
+_SCENE_ENDINGS = (".yaml", ".yml")
+VIDEO_ENDINGS = (
+    *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".ts", ".m2ts", ".mts", ".wmv", ".flv"),
+    *(".mjpeg", ".mjpg", ".h264", ".264", ".avc", ".h265", ".265", ".hevc"),  # frames one after another, without times
+)
+BAG_ENDINGS = (".mcap", ".bag", ".db3")  # of files; rosbag2 makes folders of the first and the last
+
+
+class Kind(enum.Enum):
+    """The kind of a source."""
+
+    PICTURE = "picture"
+    PAGES = "pages"  # several pictures in one file
+    FOLDER = "folder"
+    GLOB = "glob"
+    VIDEO = "video"
+    BAG = "bag"
+    CAMERA = "camera"
+    STREAM = "stream"
+    SIMULATED = "simulated"
+
+
+def kind_of(source: str) -> Kind:
+    """Tell what kind of source a text names; what exists goes first, whatever its name, a camera before a stream."""
+    path = Path(source)
+    try:
+        is_folder, is_file = path.is_dir(), path.exists()
+    except OSError:  # too long for a file name
+        is_folder = is_file = False
+    if is_folder:
+        return Kind.BAG if _is_bag(path) else Kind.FOLDER
+    if camera_number(source) is not None and not (is_file and path.is_file()):
+        return Kind.CAMERA
+    if not is_file:
+        if _ADDRESS.match(source):
+            return Kind.STREAM
+        if glob.has_magic(source):
+            return Kind.GLOB
+    for endings, kind in ((_SCENE_ENDINGS, Kind.SIMULATED), (BAG_ENDINGS, Kind.BAG), (VIDEO_ENDINGS, Kind.VIDEO)):
+        if path.suffix.lower() in endings:
+            return kind
+    return Kind.PAGES if is_file and has_pages(path) else Kind.PICTURE
+
+
+def camera_number(source: str) -> int | None:
+    """Number of the camera that a text names: "0", "/dev/video0", or a link to one, as in /dev/v4l/by-id; else None."""
+    device = str(Path(source).resolve()) if source.startswith("/dev/") else source
+    match = _CAMERA.fullmatch(device)
+    return None if match is None else int(match[1])
+
+
+def _is_bag(folder: Path) -> bool:
+    """Whether rosbag2 wrote a folder; where it was killed, the description is missing."""
+    try:
+        if (folder / BAG_METADATA).is_file():
+            with (folder / BAG_METADATA).open("rb") as file:
+                return b"rosbag2_bagfile_information" in file.read(4096)
+        return any(map(is_rosbag2_file, folder.iterdir()))
+    except OSError:
+        return False
+
+
+class Simulated(Frames):
+    """Frames of a simulated sequence, each rendered when it is due; what is found steers a closed loop."""
+
+    def __init__(self, sequence: FilmPlan, source: str, tell: Tell | None = None) -> None:
+        super().__init__(source, tell)
+        self.sequence = sequence
+        self.count = sequence.frames
+        self.rate_hz = None if sequence.motion is None else sequence.motion.rate_hz
+        self.camera, self.dock = sequence.scene.camera, sequence.scene.dock
+        self._observe: Observe = lambda image, camera: estimate(image, camera, sequence.scene.dock).selected
+
+    def __iter__(self) -> Iterator[Frame]:
+        return self.between(0, self.sequence.frames)
+
+    def between(self, start: int, stop: int) -> Iterator[Frame]:
+        """Yield the frames with ``start`` <= index < ``stop``; a closed loop is first run up to there."""
+        start = max(0, start)
+        try:
+            if isinstance(self.sequence.motion, ClosedLoop):
+                for filmed in islice(film(self.sequence, self._observe), start, stop):
+                    yield self._turned(Frame(filmed.image, filmed.number - 1, filmed.time_s, self.source))
+                return
+            for index, (time_s, scene) in enumerate(islice(scenes(self.sequence), start, stop), start):
+                yield self._turned(Frame(render(scene)[0], index, time_s, self.source))
+        except ValueError as error:
+            raise SourceError(f"{self.source}: {error}") from error
+
 
 TIMEOUT_S = 10.0
 
@@ -99,7 +198,12 @@ def open_frames(
         number = camera_number(name) or 0
         frames = Live(f"camera {number}", lambda: Camera(number, grey=grey), tell, wishes=wishes)
     elif kind is Kind.STREAM:
-        frames = _open_stream(name, tell, timeout_s, grey)
+        first = [StreamCapture(name, timeout_s, grey=grey)]
+        if first[0].is_recording:  # the address is that of a file
+            first.pop().release()
+            frames = Video(name, tell, scan=False, grey=grey)
+        else:
+            frames = Live(name, lambda: first.pop() if first else StreamCapture(name, timeout_s, grey=grey), tell)
     else:
         paths = list_pictures(name)
         if kind is Kind.PICTURE and not paths[0].exists():
@@ -116,12 +220,3 @@ def _kind_and_name(source: object) -> tuple[Kind, str]:
     if not isinstance(name, str):
         raise ValueError(f"source is {shown(source)}; it must be a path, a camera's number or a stream's address")
     return kind_of(name), name
-
-
-def _open_stream(address: str, tell: Tell | None, timeout_s: float, grey: bool) -> Frames:
-    """A live stream, or a recording where the address turns out to be that of a file."""
-    first = [StreamCapture(address, timeout_s, grey=grey)]
-    if first[0].is_recording:
-        first.pop().release()
-        return Video(address, tell, scan=False, grey=grey)
-    return Live(address, lambda: first.pop() if first else StreamCapture(address, timeout_s, grey=grey), tell)

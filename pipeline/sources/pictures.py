@@ -51,8 +51,8 @@ class Pages(Indexed):
         self._path, self._lock = Path(source), threading.Lock()
         try:
             with self._path.open("rb") as file:
-                self._data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-            self._pages = decoding.tiff_pages(self._data, source) if is_tiff(self._data) else []
+                data = self._open.enter_context(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+            self._pages = decoding.tiff_pages(data, source) if is_tiff(data) else []
             self._times_s = [] if self._pages else _times_s(self._path)
         except SourceError:
             raise
@@ -62,12 +62,6 @@ class Pages(Indexed):
         self.count = len(self._pages or self._times_s)
         if rate_hz is None and len(times := [time for time in self._times_s if time is not None]) > 1:
             self.rate_hz = (len(times) - 1) / times[-1]
-
-    def close(self) -> None:
-        """Release the file."""
-        self._data.close()
-        if self._animation is not None:
-            self._animation.close()
 
     def _frame(self, index: int) -> Frame:
         if self._pages:
@@ -81,7 +75,7 @@ class Pages(Indexed):
 
     def _of_animation(self, index: int, name: str) -> np.ndarray:
         if self._animation is None:
-            self._animation = decoding.opened_quietly(self._path)
+            self._animation = self._open.enter_context(decoding.opened_quietly(self._path))
             self._tell_orientation(decoding.orientation_of(self._animation), self.source)
         try:
             self._animation.seek(index)

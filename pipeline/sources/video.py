@@ -9,9 +9,9 @@ from functools import partial
 import av
 import numpy as np
 from av.error import FFmpegError
-from dockpose.sources.container import Order, counts, is_without_clock, order_of, video_in, why_not
+from dockpose.sources import ffmpeg
+from dockpose.sources.ffmpeg import Order, picture_of
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
-from dockpose.sources.pixels import orientation_of, picture_of
 
 _NEAR = 32  # frames this far ahead are reached by reading on rather than by seeking
 _STEPS_BACK = (0, 8, 64)  # frames before the wanted one to seek to, until it is not overshot
@@ -42,19 +42,19 @@ class Video(Frames):
     ) -> None:
         super().__init__(source, tell)
         self._grey = grey
-        container, is_broken_off = video_in(source)
+        container, is_broken_off = ffmpeg.video_in(source)
         with container:
             stream = container.streams.video[0]
             self._time_base = Fraction(stream.time_base or 1)
             self._told = stream.frames or None
-            self._order = order_of(container, stream) if scan else None
+            self._order = ffmpeg.order_of(container, stream) if scan else None
             self._began_unix_s = began_unix_s(container.format.name, container.metadata.get("creation_time"))
-            self._is_steady = is_without_clock(container, source)
+            self._is_steady = ffmpeg.is_without_clock(container, source)
             # The average rate of such files is made up, that of the codec is not.
             told_hz = stream.codec_context.framerate if self._is_steady else stream.average_rate
         self.rate_hz = float(told_hz) if told_hz else None
         if self._order is not None and self._order.count == 0:
-            raise SourceError(why_not(source))
+            raise SourceError(ffmpeg.why_not(source))
         self.count = self._told if self._order is None else self._order.count
         if self._is_steady:
             self._take_rate(rate_hz)
@@ -62,8 +62,7 @@ class Video(Frames):
             length = int(self._order.stamps[-1] - self._order.stamps[0]) * self._time_base
             self.rate_hz = float((self._order.count - 1) / length) if length else None
         self._kept: _Decoder | None = None
-        self._tell_cut_short(is_broken_off)
-        self._tell_jumps()
+        self._tell_faults(is_broken_off)
 
     @property
     def is_counted(self) -> bool:
@@ -114,7 +113,7 @@ class Video(Frames):
         shown = partial(picture_of, decoded) if self._grey else None
         began_s = self._began_unix_s
         taken_s = None if began_s is None or time_s is None else round(began_s + time_s, _DECIMALS)
-        self._tell_orientation(orientation_of(decoded), self.source)
+        self._tell_orientation(ffmpeg.orientation_of(decoded), self.source)
         return self._turned(Frame(image, index, time_s, self.source, shown=shown, time_unix_s=taken_s))
 
     def _time_s(self, index: int, decoded: av.VideoFrame) -> float | None:
@@ -136,17 +135,10 @@ class Video(Frames):
             self._tell(f"{self.source}: {text}")
         self.rate_hz = rate_hz or self.rate_hz or _ASSUMED_HZ
 
-    def _tell_jumps(self) -> None:
-        joins = () if self._order is None else self._order.joins
-        if joins:
-            where = f"frame {joins[0]}" + (f" and {len(joins) - 1} more" if len(joins) > 1 else "")
-            text = "as where files were joined; times go on from the frame before, of which a part may be missing"
-            self._tell(f"{self.source}: its clock jumps at {where}, {text}")
-
-    def _tell_cut_short(self, is_broken_off: bool) -> None:
+    def _tell_faults(self, is_broken_off: bool) -> None:
         if self._order is None:
             return
-        count = str(self._order.count)
+        count, joins = str(self._order.count), self._order.joins
         if self._told is not None and self._order.count < self._told:
             is_broken_off = True
             count = f"{count} of the {self._told}"
@@ -154,16 +146,18 @@ class Video(Frames):
             self.is_cut_short = True
             there = f"{count} frames are there, the last of them perhaps in part"
             self._tell(f"{self.source}: the video is cut short: {there}")
+        if joins:
+            where = f"frame {joins[0]}" + (f" and {len(joins) - 1} more" if len(joins) > 1 else "")
+            text = "as where files were joined; times go on from the frame before, of which a part may be missing"
+            self._tell(f"{self.source}: its clock jumps at {where}, {text}")
 
 
 def began_unix_s(container: str, creation_time: str | None) -> float | None:
-    """Time of day of a video's first frame, in seconds since 1970-01-01 00:00 UTC; None where it is not sure.
-
-    Files say when they were made, but seldom whether recording began or ended then: cameras and phones differ in their
-    MP4 files, and programs that convert a file write the time of that, all of them in whole seconds. So only Matroska's
-    date (DateUTC) is believed, and only where it has a fraction of a second, as recorders write it that are at work
-    while it happens, when they begin.
-    """
+    """Time of day of a video's first frame, in seconds since 1970-01-01 00:00 UTC; None where it is not sure."""
+    # Files say when they were made, but seldom whether recording began or ended then: cameras and phones differ in
+    # their MP4 files, and programs that convert a file write the time of that, all of them in whole seconds. So only
+    # Matroska's date (DateUTC) is believed, and only where it has a fraction of a second, as recorders write it that
+    # are at work while it happens, when they begin.
     if creation_time is None or "matroska" not in container.split(","):
         return None
     try:
@@ -208,7 +202,7 @@ class _Decoder:
         return self.go_to(following)
 
     def _open(self, *, is_threaded: bool = True) -> None:
-        self._container, _ = video_in(self._source)
+        self._container, _ = ffmpeg.video_in(self._source)
         self._stream = self._container.streams.video[0]
         self._is_threaded = is_threaded
         self._stream.thread_type = "AUTO" if is_threaded else "SLICE"
@@ -252,7 +246,7 @@ class _Decoder:
             except FFmpegError:
                 failures += 1
                 continue
-            if counts(packet):
+            if ffmpeg.counts(packet):
                 is_corrupt, was_corrupt = was_corrupt if is_late else packet.is_corrupt, packet.is_corrupt
                 if is_numbered:
                     packet.pts, packet.dts = number, None

@@ -7,14 +7,11 @@ import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.simulate.emitters import emitters_of
-from dockpose.simulate.optics.glow import light_on_sensor
+from dockpose.simulate.optics.glow import light_of
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background, Lamp, Lights, Mirror, Pose, Sensor, Snow, Text
-from dockpose.simulate.render import expose
-from dockpose.simulate.scene import Scene
-from dockpose.simulate.surroundings import add_snow, background_picture
-from dockpose.simulate.truth import Truth, truth_of
+from dockpose.simulate.render import add_snow, background_picture, expose
+from dockpose.simulate.scene import Scene, Truth, truth_of
 
 # Sizes of pictures, and how often each is drawn; large ones are few for their cost.
 SIZES = {(320, 240): 0.2, (640, 480): 0.42, (800, 600): 0.15, (1280, 720): 0.17, (1920, 1080): 0.06}
@@ -96,13 +93,10 @@ def draw(seed: int, index: int) -> Drawn:
 
 
 def picture_of(drawn: Drawn) -> Picture:
-    """Render a drawn scene once; the lamps' light is scaled to the exposure afterwards.
-
-    The picture is that of :func:`dockpose.simulate.render` for the returned scene, but for rounding of its last bit.
-    """
+    """Render a drawn scene once; the lamps' light is scaled to the exposure afterwards."""
+    # The picture is that of :func:`dockpose.simulate.render` for the returned scene, but for rounding of its last bit.
     scene = drawn.scene
-    truth = truth_of(scene)
-    direct, glow = light_on_sensor(scene, emitters_of(scene, truth), scene.water)
+    direct, glow = light_of(scene)
     light = direct + glow
     brightest = float(light.max())
     factor = drawn.brightest / brightest if brightest > 0 else 1.0
@@ -116,7 +110,7 @@ def picture_of(drawn: Drawn) -> Picture:
     light += background_picture(scene, scene.water)
     saturated = float((light >= 255).mean())
     add_snow(light, scene)
-    return Picture(expose(light, scene), scene, truth, lit, saturated)
+    return Picture(expose(light, scene), scene, truth_of(scene), lit, saturated)
 
 
 def _camera_and_dock(rng: np.random.Generator, farthest_m: float) -> tuple[Camera, Dock, float]:

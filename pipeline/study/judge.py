@@ -1,27 +1,30 @@
-"""What came of a method on a scene, by physics: right poses, wrong ones, refusals and false docks."""
+"""What came of every method on a scene, by physics, beside all that was drawn for it: the rows of the study."""
 
 import math
 from collections.abc import Sequence
 
 import numpy as np
-from dockpose.estimate import Estimate
+from dockpose.estimate import Estimate, estimate
 from dockpose.pose.circle import CirclePose
-from dockpose.simulate.truth import Truth
+from dockpose.settings import Settings
+from dockpose.simulate.scene import Truth
+from dockpose.study.draw import Drawn, Picture, draw, picture_of
+from dockpose.thresholds import METHODS as THRESHOLDS
 
 RIGHT_SHARE, RIGHT_DEG = 0.05, 5.0  # of the range, and of the direction of the dock's normal
 HOLD_SIGMAS = 1.96  # standard errors of a 95 % interval
 OUTCOMES = ("success", "wrong pose", "refused", "false dock", "correct refusal")
 SUCCESS, WRONG_POSE, REFUSED, FALSE_DOCK, CORRECT_REFUSAL = OUTCOMES
-_UNITS = {"x": "m", "y": "m", "z": "m", "theta_x": "deg", "theta_y": "deg"}
+UNITS = {"x": "m", "y": "m", "z": "m", "theta_x": "deg", "theta_y": "deg"}
 # Columns of a judgement in a table, in order.
 COLUMNS = (
     *("status", "outcome", "chosen_right", "either_right", "chosen_nearer", "position_right"),
     *("position_error_m", "position_error_share", "angle_error_deg", "probability", "detection", "selected_by"),
     *("lights_found", "lights_on_ring"),
-    *(f"error_{name}_{unit}" for name, unit in _UNITS.items()),
-    *(f"sigma_{name}_{unit}" for name, unit in _UNITS.items()),
-    *(f"{name}_in_95" for name in _UNITS),
-    *(f"sigma_total_{name}_{unit}" for name, unit in _UNITS.items()),
+    *(f"error_{name}_{unit}" for name, unit in UNITS.items()),
+    *(f"sigma_{name}_{unit}" for name, unit in UNITS.items()),
+    *(f"{name}_in_95" for name in UNITS),
+    *(f"sigma_total_{name}_{unit}" for name, unit in UNITS.items()),
 )
 Value = str | int | float | bool | None
 
@@ -46,10 +49,9 @@ def signed_errors(pose: CirclePose, position_m: np.ndarray, normal: np.ndarray) 
 
 
 def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> dict[str, Value]:
-    """Judge what a method found against the truth, as the page of a study says.
-
-    A dock that is reported off the true direction by more than the ring's radius is false: a vehicle would steer by it.
-    """
+    """Judge what a method found against the truth, as the page of a study says."""
+    # A dock that is reported off the true direction by more than the ring's radius is false: a vehicle would steer by
+    # it.
     row: dict[str, Value] = dict.fromkeys(COLUMNS)
     row["status"] = found.status
     row["lights_found"] = None if found.markers is None else len(found.markers)
@@ -66,7 +68,7 @@ def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> 
     ):
         thetas_deg = [None if sigma is None else math.degrees(sigma) for sigma in theta_rad or [None] * 2]
         sigmas = (*(position_m or [None] * 3), *thetas_deg)
-        row |= {f"{prefix}_{name}_{unit}": sigma for (name, unit), sigma in zip(_UNITS.items(), sigmas, strict=True)}
+        row |= {f"{prefix}_{name}_{unit}": sigma for (name, unit), sigma in zip(UNITS.items(), sigmas, strict=True)}
     if not has_dock:
         row["outcome"] = FALSE_DOCK
         return row
@@ -84,7 +86,7 @@ def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> 
         "angle_error_deg": angle_deg,
     }
     signed = signed_errors(chosen, truth.position_m, truth.normal)
-    for (name, unit), error in zip(_UNITS.items(), signed, strict=True):
+    for (name, unit), error in zip(UNITS.items(), signed, strict=True):
         sigma = row[f"sigma_{name}_{unit}"]
         row[f"error_{name}_{unit}"] = error
         row[f"{name}_in_95"] = abs(error) <= HOLD_SIGMAS * sigma if isinstance(sigma, float) else None
@@ -100,3 +102,91 @@ def _is_right(off_m: float, angle_deg: float, range_m: float) -> bool:
 def _between_rad(one: np.ndarray, other: np.ndarray) -> float:
     """Angle between two directions, exact for small ones too."""
     return math.atan2(float(np.linalg.norm(np.cross(one, other))), float(np.dot(one, other)))
+
+
+PRODUCT, HATS = "hats_and_local", "hats"
+RIVALS = ("otsu", "kapur", "kittler", "sezan")  # those of the paper
+
+
+def methods() -> list[str]:
+    """The program's default first, then all that are registered but a fixed level, which no one sets for each scene."""
+    return [PRODUCT, *(name for name in THRESHOLDS if name != "fixed")]
+
+
+def title_of(label: str) -> str:
+    """A method's name for people."""
+    title = THRESHOLDS.title(HATS if label == PRODUCT else label).partition(" (")[0]
+    return f"{title} + local" if label == PRODUCT else title
+
+
+def find(label: str, picture: Picture) -> Estimate:
+    """Find the dock in a picture by a method, given the camera, the diameter and the number of lights."""
+    scene, settings = picture.scene, Settings(method=HATS if label == PRODUCT else label)
+    return estimate(picture.image, scene.camera, scene.dock, settings, fall_back=label == PRODUCT)
+
+
+Row = dict[str, Value]
+ELAPSED = "elapsed_ms"  # the only number that is timed
+DIGITS = 6  # of numbers in files; leaves out the last digits, which differ between machines' linear algebra
+_OF_WATER = ("absorption_per_m", "scattering_per_m", "attenuation_per_m")
+_OF_SENSOR = ("read_noise_levels", "electrons_per_level", "blur_px", "motion_blur_px", "vignetting", "jpeg_quality")
+
+
+def scene_rows(seed: int, index: int) -> list[Row]:
+    """Draw and render scene ``index`` of the study with a seed, and try every method on it."""
+    drawn = draw(seed, index)
+    picture = picture_of(drawn)
+    factors = {"scene": index, "seed": seed, **factors_of(drawn, picture)}
+    rows = []
+    for label in methods():
+        found = find(label, picture)
+        judged = judge(found, picture.truth, picture.scene.dock.radius, has_dock=drawn.has_dock)
+        rows.append({**factors, "method": label, **judged, ELAPSED: round(found.elapsed_ms, 3)})
+    return rows
+
+
+def factors_of(drawn: Drawn, picture: Picture) -> Row:
+    """All that was drawn for a scene, by name with units."""
+    scene, truth = picture.scene, picture.truth
+    camera, sensor, background, water = scene.camera, scene.sensor, scene.background, scene.water
+    range_m = float(np.linalg.norm(truth.position_m))
+    spacing = 2 * math.pi * scene.dock.radius / (scene.dock.lights or 1)
+    cosine = float(-truth.normal @ truth.position_m) / range_m
+    return {
+        "has_dock": drawn.has_dock,
+        "width_px": camera.width,
+        "height_px": camera.height,
+        "focal_px": camera.fx,
+        "focal_widths": camera.fx / camera.width,
+        "diameter_m": scene.dock.diameter,
+        "range_m": range_m,
+        "range_diameters": range_m / scene.dock.diameter,
+        "attenuation_lengths": water.attenuation_per_m * range_m,
+        "ring_radius_px": camera.fx * scene.dock.radius / float(truth.position_m[2]),
+        "tilt_deg": math.degrees(math.acos(max(-1.0, min(1.0, cosine)))),
+        "turbidity": drawn.turbidity,
+        **{name: getattr(water, name) for name in _OF_WATER},
+        "ambient_levels": background.level,
+        "gradient_levels": math.hypot(background.gradient_x, background.gradient_y),
+        "brightest_levels": drawn.brightest,
+        "lit_share": picture.lit_share,
+        "saturated_share": picture.saturated_share,
+        **{name: getattr(sensor, name) for name in _OF_SENSOR},
+        "lights": scene.dock.lights,
+        "missing": len(scene.lights.missing),
+        "lights_in_view": int(truth.visible.sum()),
+        "lamp_spacings": scene.lights.radius_m / spacing,
+        "strays": drawn.strays,
+        "has_text": bool(scene.texts),
+        "has_mirror": scene.mirror is not None,
+        "snow_flakes": 0 if scene.snow is None else scene.snow.count,
+    }
+
+
+def as_text(value: Value) -> str:
+    """A value in a file: nothing for None, 0 or 1 for truth values, numbers with ``DIGITS`` significant digits."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    if isinstance(value, (bool, np.bool_)):
+        return str(int(value))
+    return f"{value:.{DIGITS}g}" if isinstance(value, float) else str(value)

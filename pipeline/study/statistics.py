@@ -45,10 +45,8 @@ def wilson(hits: int, count: int) -> Share:
 
 
 def paired_difference(first: np.ndarray, second: np.ndarray) -> Difference:
-    """Difference of two methods' shares of success on the same scenes, ``first`` and ``second`` (N,) of bool.
-
-    The interval is the tenth of Newcombe 1998, Statistics in Medicine 17; the test McNemar's, 1947, Psychometrika 12.
-    """
+    """Difference of two methods' shares of success on the same scenes, ``first`` and ``second`` (N,) of bool."""
+    # The interval is the tenth of Newcombe 1998, Statistics in Medicine 17; the test McNemar's, 1947, Psychometrika 12.
     both, neither = int((first & second).sum()), int((~first & ~second).sum())
     one, other = int((first & ~second).sum()), int((~first & second).sum())
     count = len(first)

@@ -8,8 +8,8 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from dockpose.study.judge import FALSE_DOCK, HOLD_SIGMAS, REFUSED, SUCCESS, WRONG_POSE
-from dockpose.study.scenes import HATS, PRODUCT, RIVALS, methods, title_of
+from dockpose.study import judge
+from dockpose.study.judge import HATS, PRODUCT, RIVALS, methods, title_of
 from dockpose.study.statistics import Difference, Share, median, paired_difference, quantile, wilson
 
 _TEXT = frozenset({"method", "status", "outcome", "selected_by"})
@@ -88,7 +88,7 @@ def where(columns: Columns, rows: np.ndarray) -> Columns:
     return {name: values[rows] for name, values in columns.items()}
 
 
-INTERVALS = ("x", "y", "z", "theta_x", "theta_y")
+INTERVALS = tuple(judge.UNITS)
 PROBABILITY_EDGES = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999, 1.0)
 DETECTION_EDGES = (0.0, 0.5, 0.8, 0.95, 0.99, 0.999, 1.0)
 Summary = dict[str, Any]
@@ -121,12 +121,12 @@ def summary_of(columns: Columns) -> Summary:
 def _result(one: Columns) -> dict[str, Any]:
     """What a method reached on some scenes."""
     docks, outcome = one["has_dock"] == 1, one["outcome"]
-    hits = docks & (outcome == SUCCESS)
-    seen = docks & ((outcome == SUCCESS) | (outcome == WRONG_POSE))
+    hits = docks & (outcome == judge.SUCCESS)
+    seen = docks & ((outcome == judge.SUCCESS) | (outcome == judge.WRONG_POSE))
     return {
         "success": _came(hits, docks),
-        "false_dock": _came(outcome == FALSE_DOCK, np.ones_like(docks)),
-        "right_of_reported": _came(hits, docks & (outcome != REFUSED)),
+        "false_dock": _came(outcome == judge.FALSE_DOCK, np.ones_like(docks)),
+        "right_of_reported": _came(hits, docks & (outcome != judge.REFUSED)),
         "nearer": _came(one["chosen_nearer"] == 1, seen),
         "z_in_95": _held(one["z_in_95"][seen]),
         "too_far": _held(np.where(np.isfinite(one["error_z_m"]), one["error_z_m"] > 0, np.nan)[seen]),
@@ -140,12 +140,12 @@ def _result(one: Columns) -> dict[str, Any]:
 def _more(one: Columns) -> dict[str, Any]:
     """The rest of what a method reached, given over all scenes only."""
     docks, outcome = one["has_dock"] == 1, one["outcome"]
-    false = outcome == FALSE_DOCK
+    false = outcome == judge.FALSE_DOCK
     return {
         "either_right": _came(one["either_right"] == 1, docks),
         "position_right": _came(one["position_right"] == 1, docks),
-        "wrong_pose": _came(outcome == WRONG_POSE, docks),
-        "refused": _came(outcome == REFUSED, docks),
+        "wrong_pose": _came(outcome == judge.WRONG_POSE, docks),
+        "refused": _came(outcome == judge.REFUSED, docks),
         "false_dock_without": _came(false, ~docks),
         "false_dock_beside": _came(false, docks),
     }
@@ -159,7 +159,7 @@ def _came(came: np.ndarray, among: np.ndarray) -> Share:
 def _difference(first: Columns, second: Columns) -> Difference:
     """First less second in success, on the scenes with a dock."""
     docks = first["has_dock"] == 1
-    return paired_difference((first["outcome"] == SUCCESS)[docks], (second["outcome"] == SUCCESS)[docks])
+    return paired_difference((first["outcome"] == judge.SUCCESS)[docks], (second["outcome"] == judge.SUCCESS)[docks])
 
 
 def _by_factor(factor: Factor, by_method: dict[str, Columns]) -> dict[str, Any]:
@@ -184,13 +184,13 @@ def _calibration(product: Columns) -> dict[str, list[dict[str, Any]]]:
     given = np.isfinite(product["detection"])
     return {
         "probability": _reliability(product["probability"], product["chosen_nearer"] == 1, seen, PROBABILITY_EDGES),
-        "detection": _reliability(product["detection"], product["outcome"] != FALSE_DOCK, given, DETECTION_EDGES),
+        "detection": _reliability(product["detection"], product["outcome"] != judge.FALSE_DOCK, given, DETECTION_EDGES),
     }
 
 
 def _seen(product: Columns) -> np.ndarray:
     """Where the dock was seen, at a right pose or a wrong one."""
-    return np.isin(product["outcome"], [SUCCESS, WRONG_POSE])
+    return np.isin(product["outcome"], [judge.SUCCESS, judge.WRONG_POSE])
 
 
 def _reliability(
@@ -217,10 +217,9 @@ def _widen(product: Columns) -> dict[str, float]:
     """The factor on the standard errors with which 95 % intervals would hold 95 %, number by number."""
     seen = _seen(product)
     widths = {}
-    for name in INTERVALS:
-        unit = "deg" if name.startswith("theta") else "m"
+    for name, unit in judge.UNITS.items():
         off = np.abs(product[f"error_{name}_{unit}"][seen]) / product[f"sigma_{name}_{unit}"][seen]
-        widths[name] = quantile(off, 0.95) / HOLD_SIGMAS
+        widths[name] = quantile(off, 0.95) / judge.HOLD_SIGMAS
     return widths
 
 

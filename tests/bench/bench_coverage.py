@@ -8,8 +8,7 @@ import cv2
 import numpy as np
 from dockpose import Camera, Dock, estimate
 from dockpose.study.draw import draw, picture_of
-from dockpose.study.judge import judge, nearest, signed_errors
-from dockpose.study.scenes import PRODUCT, Row, factors_of, find
+from dockpose.study.judge import PRODUCT, Row, factors_of, find, judge, nearest, signed_errors
 
 from tests.bench.lamps import DIAMETER_M, HALOS, draw_lamps, ring_px, unit_normal
 

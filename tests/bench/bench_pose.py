@@ -13,9 +13,9 @@ import numpy as np
 from dockpose import Camera, Dock, estimate
 from dockpose.camera.port import FlatPort
 from dockpose.lights.ellipse import Ellipse, fit_ellipse
+from dockpose.paper import tables as tank
 from dockpose.paper.lights.levels import centres
 from dockpose.paper.tables import COLUMNS, TABLES, coded_dock
-from dockpose.paper.tank import poses as tank
 from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
 from dockpose.pose.pnp import METHODS, NoPoseError, solve
 from dockpose.pose.solve import find_poses

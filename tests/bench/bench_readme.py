@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from dockpose.app.cli import main
-from dockpose.study.scenes import PRODUCT
+from dockpose.study.judge import PRODUCT
 from dockpose.study.summary import Summary, columns_of, summary_of
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from dockpose.app.cli import main
-from dockpose.study.scenes import scene_rows
+from dockpose.study.judge import scene_rows
 
 from tests.support.cluster import dask_cluster
 

@@ -3,8 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
-from dockpose.study.judge import COLUMNS, FALSE_DOCK, SUCCESS, WRONG_POSE
-from dockpose.study.scenes import ELAPSED, methods
+from dockpose.study.judge import COLUMNS, ELAPSED, FALSE_DOCK, SUCCESS, WRONG_POSE, methods
 from dockpose.study.summary import FACTORS, Columns
 
 _TEXT = ("status", "outcome", "selected_by")

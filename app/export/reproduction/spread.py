@@ -9,8 +9,7 @@ from dockpose.app.export.parts import Cell, Part, Rows
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, draw_histogram, show
 from dockpose.paper.lights import spread as lamps
 from dockpose.paper.lights.spread import HOU_DISTANCE_M, HOU_THETA0_RAD, HOU_WATER, SIDE_PX, LampPicture, lamp_scene
-from dockpose.simulate.optics.hankel import ANGLES
-from dockpose.simulate.optics.psf import PointSpread, Psf, hou_exponent, point_spread
+from dockpose.simulate.optics.psf import ANGLES, PointSpread, Psf, hou_exponent, point_spread
 from dockpose.thresholds import LEVELS
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

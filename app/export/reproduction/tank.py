@@ -6,11 +6,9 @@ import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREY, ORANGE, VERMILLION
 from dockpose.app.export.parts import Cell, Part, Rows
 from dockpose.app.export.reproduction.pictures import canvas
-from dockpose.paper.tables import COLUMNS, TABLES, Table
-from dockpose.paper.tank import error_budget as budgets
-from dockpose.paper.tank.calibrations import BOARD, VIEWS
-from dockpose.paper.tank.error_budget import ITEMS, Budget, poses_of_tables, reading_steps
-from dockpose.paper.tank.poses import DRAWS, Row, reproduce_row
+from dockpose.paper import error_budget as budgets
+from dockpose.paper.error_budget import BOARD, ITEMS, VIEWS, Budget, poses_of_tables, reading_steps
+from dockpose.paper.tables import COLUMNS, DRAWS, TABLES, Row, Table, reproduce_row
 from matplotlib.figure import Figure
 
 GROSS_DEG = 5.0  # an angle that is off by more shows another pose, not a less exact one

@@ -179,10 +179,8 @@ class TwoLevels:
 
 
 def two_levels(scene: Scene, pictures: int) -> TwoLevels:
-    """Fit the ellipse to the mass moments at HATS's level and at a higher one with at most ``FEWER`` of the lights.
-
-    The ring moves by up to half a pixel, lest the error by its place between pixels be the same in all pictures.
-    """
+    """Fit the ellipse to the mass moments at HATS's level and at a higher one with at most ``FEWER`` of the lights."""
+    # The ring moves by up to half a pixel, lest the error by its place between pixels be the same in all pictures.
     first = picture_of(scene)
     levels = first.hats.level, losing_level(first, FEWER)
     rng = np.random.default_rng([scene.seed, *b"places"])

@@ -7,9 +7,8 @@ import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.simulate import Lights, Pose, Scene, Sensor, truth_of
-from dockpose.simulate.emitters import emitters_of
-from dockpose.simulate.optics.glow import light_on_sensor
+from dockpose.simulate import Lights, Pose, Scene, Sensor
+from dockpose.simulate.optics.glow import light_of
 from dockpose.simulate.optics.water import PRESETS
 from dockpose.simulate.parts import Background, Mirror, Snow, Text
 from dockpose.study.draw import log_uniform, tilted_pose
@@ -27,7 +26,7 @@ def draw_scene(seed: int, *, hard: bool) -> Scene:
     scene = _plain(rng, seed)
     if hard:
         scene = _with_trouble(scene, rng)
-    direct, glow = light_on_sensor(scene, emitters_of(scene, truth_of(scene)), scene.water)
+    direct, glow = light_of(scene)
     brightest = float((direct + glow).max())
     wanted = log_uniform(rng, 100, 1000)
     lights = msgspec.structs.replace(scene.lights, level=scene.lights.level * wanted / brightest)
@@ -44,16 +43,14 @@ def _plain(rng: np.random.Generator, seed: int) -> Scene:
     lights = int(rng.integers(FEWEST_LIGHTS, most + 1))
     z_m = focal_px * DIAMETER_M / 2 / radius_px
     tilt, around = np.radians(rng.uniform(0, 40)), rng.uniform(0, 2 * np.pi)
-    turned = tilted_pose(np.array([0.0, 0.0, z_m]), tilt, around, 0.0)
     reach_x, reach_y = (max(0.0, 0.49 * side * z_m / focal_px - 0.17) for side in (width, height))
     name = list(PRESETS)[rng.integers(len(PRESETS))]
     return Scene(
         camera=camera,
         dock=Dock(DIAMETER_M, lights),
-        pose=Pose(
+        pose=msgspec.structs.replace(
+            tilted_pose(np.array([0.0, 0.0, z_m]), tilt, around, 0.0),
             position_m=(float(rng.uniform(-reach_x, reach_x)), float(rng.uniform(-reach_y, reach_y)), z_m),
-            theta_x_deg=turned.theta_x_deg,
-            theta_y_deg=turned.theta_y_deg,
             roll_deg=float(rng.uniform(0, 36)),
         ),
         lights=Lights(

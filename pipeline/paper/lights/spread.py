@@ -8,14 +8,11 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.simulate import Lights, Pose, Scene
-from dockpose.simulate.emitters import emitters_of
-from dockpose.simulate.optics.glow import light_on_sensor
-from dockpose.simulate.optics.hankel import ANGLES
-from dockpose.simulate.optics.psf import PointSpread, Psf
+from dockpose.simulate.optics.glow import light_of
+from dockpose.simulate.optics.psf import ANGLES, PointSpread, Psf
 from dockpose.simulate.optics.water import Water
 from dockpose.simulate.parts import Background, Lamp
 from dockpose.simulate.render import expose
-from dockpose.simulate.truth import truth_of
 from dockpose.thresholds import LEVELS
 from dockpose.thresholds.histogram import SMOOTHING
 
@@ -96,10 +93,10 @@ def lamp_scene(psf: Psf, water: Water, distance_m: float, seed: int, tilt_deg: f
     )
 
 
-def lamp_pictures(scenes: list[Scene], brightest: float = BRIGHTEST) -> list[LampPicture]:
-    """Expose pictures of :func:`lamp_scene` alike; the brightest pixel of the first gets this many grey levels."""
-    light = [light_on_sensor(scene, emitters_of(scene, truth_of(scene)), scene.water) for scene in scenes]
-    scale = (brightest - scenes[0].background.level) / float((light[0][0] + light[0][1]).max())
+def lamp_pictures(scenes: list[Scene]) -> list[LampPicture]:
+    """Expose pictures of :func:`lamp_scene` alike; the brightest pixel of the first gets ``BRIGHTEST`` grey levels."""
+    light = list(map(light_of, scenes))
+    scale = (BRIGHTEST - scenes[0].background.level) / float((light[0][0] + light[0][1]).max())
     return [_exposed(scene, scale * direct, scale * glow) for scene, (direct, glow) in zip(scenes, light, strict=True)]
 
 

@@ -5,12 +5,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from dockpose.simulate.emitters import Emitters, energy_of
-from dockpose.simulate.optics.hankel import ANGLES, FREQUENCIES, spread_of
-from dockpose.simulate.optics.psf import PointSpread, point_spread
+from dockpose.simulate.emitters import Emitters, emitters_of, energy_of
+from dockpose.simulate.optics.psf import ANGLES, FREQUENCIES, PointSpread, point_spread, spread_of
 from dockpose.simulate.optics.water import Water
-from dockpose.simulate.scene import Scene
-from dockpose.simulate.truth import random_stream
+from dockpose.simulate.scene import Scene, random_stream, truth_of
 from numpy.fft import fftfreq, irfft2, rfft2
 from scipy.fft import next_fast_len
 from scipy.special import j1
@@ -40,6 +38,11 @@ class _Lamp:
     rad_per_px: float
 
 
+def light_of(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Direct light (H, W) and glow (H, W) of all that shines in a scene, in grey levels."""
+    return light_on_sensor(scene, emitters_of(scene, truth_of(scene)), scene.water)
+
+
 def light_on_sensor(scene: Scene, emitters: Emitters, water: Water) -> tuple[np.ndarray, np.ndarray]:
     """Direct light (H, W) and glow (H, W) of all emitters, in grey levels."""
     shape = (scene.camera.height, scene.camera.width)
@@ -49,7 +52,11 @@ def light_on_sensor(scene: Scene, emitters: Emitters, water: Water) -> tuple[np.
         return direct, glow
     near_px = max(_NEAR_PX, 3 * max(lamp.radius_px for lamp in lamps))
     distances = _distances(lamps)
-    tails = _tails(scene, water, distances, lamps, near_px)
+    near_rad, tails = near_px * float(np.median([lamp.rad_per_px for lamp in lamps])), []
+    for distance_m in distances.tolist():  # glow (n,) of unit share on ``ANGLES``, smoothed within ``near_px``
+        spread = point_spread(scene.psf, water, distance_m, np.random.default_rng(scene.seed))
+        # Of a share of 0, as of clear water, there is no glow at any angle.
+        tails.append(_smooth_within(spread.glow_per_sr / (spread.glow_share or 1.0), near_rad))
     for lamp in lamps:
         weights = _weights(distances, lamp.distance_m)
         tail = sum(weight * lamp.spread.glow_share * tails[index] for index, weight in weights)
@@ -62,11 +69,13 @@ def _lamps(scene: Scene, emitters: Emitters, water: Water) -> list[_Lamp]:
     centres = scene.camera.project(emitters.points_m)
     angles = _angle_of_px(scene, emitters.points_m, centres)
     rng = random_stream(scene, "psf")
-    lamps = []
+    # The glow of lamps farther outside of the picture is negligible.
+    size, lamps = np.array([scene.camera.width, scene.camera.height]), []
+    near = np.all(np.abs(centres - size / 2) < size * (0.5 + 1 / _MARGIN), axis=1)
     for index, energy in enumerate(energy_of(scene, emitters)):
         distance_m = float(np.linalg.norm(emitters.points_m[index]))
         spread = point_spread(scene.psf, water, distance_m, rng)
-        if not _near_picture(centres[index], scene):
+        if not near[index]:
             continue
         rad_per_px = math.sqrt(abs(np.linalg.det(angles[index])))
         radius_rad = emitters.radii_m[index] / distance_m
@@ -85,12 +94,6 @@ def _lamps(scene: Scene, emitters: Emitters, water: Water) -> list[_Lamp]:
             )
         )
     return lamps
-
-
-def _near_picture(centre: np.ndarray, scene: Scene) -> bool:
-    """Whether a lamp is in the picture or up to a quarter of it outside; the glow of others is negligible."""
-    size = np.array([scene.camera.width, scene.camera.height])
-    return bool(np.isfinite(centre).all() and (np.abs(centre - size / 2) < size * (0.5 + 1 / _MARGIN)).all())
 
 
 def _angle_of_px(scene: Scene, points_m: np.ndarray, centres_px: np.ndarray) -> np.ndarray:
@@ -131,16 +134,6 @@ def _weights(distances: np.ndarray, distance_m: float) -> list[tuple[int, float]
     place = float(np.interp(math.log(distance_m), np.log(distances), np.arange(len(distances))))
     index = min(int(place), len(distances) - 2)
     return [(index, 1 - (place - index)), (index + 1, place - index)]
-
-
-def _tails(scene: Scene, water: Water, distances: np.ndarray, lamps: list[_Lamp], near_px: float) -> list[np.ndarray]:
-    """Glow (n,) of unit share at each distance, on ``ANGLES``, smoothed within ``near_px``."""
-    near_rad, tails = near_px * float(np.median([lamp.rad_per_px for lamp in lamps])), []
-    for distance_m in distances.tolist():
-        spread = point_spread(scene.psf, water, distance_m, np.random.default_rng(scene.seed))
-        # Of a share of 0, as of clear water, there is no glow at any angle.
-        tails.append(_smooth_within(spread.glow_per_sr / (spread.glow_share or 1.0), near_rad))
-    return tails
 
 
 def _smooth_within(glow: np.ndarray, near_rad: float) -> np.ndarray:
@@ -198,6 +191,10 @@ def _far(
     # Wrap-around is harmless as long as no offset between a lamp and a pixel exceeds half the grid.
     size = (_fast_length(2 * (height + margin_y)), _fast_length(2 * (width + margin_x)))
     angle_of_px = np.median([lamp.angle_of_px for lamp in lamps], axis=0)
+    y, x = np.meshgrid(*(COARSE * count * fftfreq(count) for count in size), indexing="ij")
+    x_rad = angle_of_px[0, 0] * x + angle_of_px[0, 1] * y
+    y_rad = angle_of_px[1, 0] * x + angle_of_px[1, 1] * y
+    rotated, brighter = _seen_rotated(scene, x_rad, y_rad)
     coarse = np.zeros((height, width))
     for index, tail in enumerate(tails):
         places = np.zeros(size)
@@ -205,7 +202,7 @@ def _far(
             weight = dict(_weights(distances, lamp.distance_m)).get(index, 0.0)
             _place(places, lamp, weight, (margin_x, margin_y), (width, height))
         if places.any() and tail.any():
-            spectrum = rfft2(places) * rfft2(_kernel(scene, tail, size, angle_of_px))
+            spectrum = rfft2(places) * rfft2(brighter * _at(tail, rotated))  # with a lamp in the first corner
             coarse += irfft2(spectrum, size)[margin_y : margin_y + height, margin_x : margin_x + width]
     smooth = cv2.resize(coarse.astype(np.float32), (width * COARSE, height * COARSE), interpolation=cv2.INTER_CUBIC)
     return np.maximum(smooth[: shape[0], : shape[1]], 0)
@@ -224,12 +221,3 @@ def _place(places: np.ndarray, lamp: _Lamp, weight: float, margin: tuple[int, in
     amount = weight * lamp.energy * lamp.spread.glow_share * lamp.rad_per_px**2
     shares = np.outer([1 - (y - row), y - row], [1 - (x - column), x - column])
     places[row : row + 2, column : column + 2] += amount * shares
-
-
-def _kernel(scene: Scene, tail: np.ndarray, size: tuple[int, int], angle_of_px: np.ndarray) -> np.ndarray:
-    """The smooth glow of one lamp on the coarse grid, with the lamp in the first corner."""
-    y, x = np.meshgrid(*(COARSE * count * fftfreq(count) for count in size), indexing="ij")
-    x_rad = angle_of_px[0, 0] * x + angle_of_px[0, 1] * y
-    y_rad = angle_of_px[1, 0] * x + angle_of_px[1, 1] * y
-    rotated, brighter = _seen_rotated(scene, x_rad, y_rad)
-    return brighter * _at(tail, rotated)

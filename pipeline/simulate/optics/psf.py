@@ -1,4 +1,4 @@
-"""Point spread functions of water: how the light of one lamp is distributed, direct and as glow."""
+"""Point spread functions of water: how a lamp's light is spread, direct and as glow; and their Hankel transforms."""
 
 import math
 from dataclasses import dataclass
@@ -8,8 +8,58 @@ from pathlib import Path
 import msgspec
 import numpy as np
 from dockpose.checks import check_number, check_one_of, make_plain
-from dockpose.simulate.optics.hankel import ANGLES, FREQUENCIES, spread_of, transfer_of
-from dockpose.simulate.optics.water import Water, mean_phase_transform, scattering_angle_rad
+from dockpose.simulate.optics.water import Water, phase_function, scattering_angle_rad
+from scipy.fft import fht, fhtoffset
+from scipy.special import j0, j1
+
+_COUNT = 1536
+_STEP = math.log(1e12) / _COUNT
+# Water's own transfer function starts flat and falls like 1/x or more slowly. With this bias the transformed function
+# is equally low at both ends, so that its periodic continuation does not ring. Functions that vanish need none.
+_SLOW_BIAS = 0.7
+_OFFSET = fhtoffset(_STEP, mu=0.0, bias=_SLOW_BIAS)
+_CENTRE_FREQUENCY = 30.0  # cycles/rad, about where water's modulation transfer functions fall
+
+_SERIES_FROM, _SERIES_TERMS = 32.0, 12
+
+_INDEX = np.arange(_COUNT) - (_COUNT - 1) / 2
+FREQUENCIES = _CENTRE_FREQUENCY * np.exp(_STEP * _INDEX)
+ANGLES = math.exp(_OFFSET) / (2 * math.pi * _CENTRE_FREQUENCY) * np.exp(_STEP * _INDEX)
+
+
+def spread_of(transfer: np.ndarray) -> np.ndarray:
+    """Point spread function (1/sr) on ``ANGLES`` of a modulation transfer function on ``FREQUENCIES``."""
+    vanishes = abs(transfer[-1]) <= 1e-12 * abs(transfer[0])
+    return _transform(transfer, FREQUENCIES, ANGLES, 0.0 if vanishes else _SLOW_BIAS)
+
+
+def transfer_of(spread: np.ndarray) -> np.ndarray:
+    """Modulation transfer function on ``FREQUENCIES`` of a point spread function (1/sr) on ``ANGLES``."""
+    return _transform(spread, ANGLES, FREQUENCIES, 0.0)
+
+
+def mean_bessel(x: np.ndarray) -> np.ndarray:
+    """Mean of J0 from 0 up to each ``x`` above 0, exact to 1e-12; itj0y0 is wrong above 20 before SciPy 1.17."""
+    from scipy.interpolate import CubicSpline  # takes a tenth of a second to import, which only simulating needs
+
+    result = np.empty_like(x, dtype=float)
+    near = x < _SERIES_FROM
+    knots = np.linspace(0, _SERIES_FROM, 8193)
+    result[near] = CubicSpline(knots, j0(knots)).antiderivative()(x[near])
+    far = x[~near]
+    in_j1, in_j0 = np.zeros_like(far), np.zeros_like(far)
+    for k in reversed(range(_SERIES_TERMS)):  # by Horner: 1 - 1/x^2 + 9/x^4 - ..., and 1/x - 3/x^3 + 45/x^5 - ...
+        odd = math.prod(range(1, 2 * k, 2))
+        in_j1 = (-1) ** k * odd**2 + in_j1 / far**2
+        in_j0 = (-1) ** k * odd**2 * (2 * k + 1) + in_j0 / far**2
+    result[~near] = 1 + j1(far) * in_j1 - j0(far) * in_j0 / far
+    return result / x
+
+
+def _transform(values: np.ndarray, x: np.ndarray, y: np.ndarray, bias: float) -> np.ndarray:
+    # fht integrates over k = 2 pi y with an extra factor k; both cancel, except for a factor y.
+    return fht(values * x, _STEP, mu=0.0, offset=_OFFSET, bias=bias) / y
+
 
 _WIDEST_RAD = math.pi / 2  # glow from behind the camera's back is not seen
 
@@ -47,8 +97,8 @@ class PointSpread:
     """The image of one lamp at one distance, per unit of light that would arrive through clear water."""
 
     direct_share: float  # share of the light that arrives in a straight line: e^{-c r}
-    glow_per_sr: np.ndarray  # glow at the angles ``hankel.ANGLES`` from the lamp
-    glow_transfer: np.ndarray  # its modulation transfer function at ``hankel.FREQUENCIES``; at 0 its share
+    glow_per_sr: np.ndarray  # glow at the angles ``ANGLES`` from the lamp
+    glow_transfer: np.ndarray  # its modulation transfer function at ``FREQUENCIES``; at 0 its share
 
     @property
     def glow_share(self) -> float:
@@ -146,3 +196,12 @@ def _read_transfer(path: str) -> tuple[np.ndarray, np.ndarray]:
     if not falls or frequencies[0] < 0 or not (transfer[-1] > 0 and transfer[0] <= 1):
         raise ValueError(f"mtf_csv {path}: the frequencies must rise, and the values fall within 0 (excluded) to 1")
     return frequencies, transfer
+
+
+@lru_cache
+def mean_phase_transform(name: str) -> np.ndarray:
+    """Mean of the phase function's Hankel transform over the frequencies from 0 up to each of ``FREQUENCIES``."""
+    angles, values = phase_function(name)
+    x = 2 * math.pi * np.multiply.outer(FREQUENCIES, angles)
+    weights = 2 * math.pi * values * np.sin(angles) * angles
+    return np.asarray(np.trapezoid(mean_bessel(x) * weights, np.log(angles), axis=1))

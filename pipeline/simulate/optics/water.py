@@ -7,7 +7,6 @@ from pathlib import Path
 import msgspec
 import numpy as np
 from dockpose.checks import check_number, check_one_of, make_plain
-from dockpose.simulate.optics.hankel import FREQUENCIES, mean_bessel
 
 PHASE_FUNCTIONS = ("clear", "coastal", "harbour", "average")
 _PETZOLD = Path(__file__).parent / "petzold.csv"
@@ -115,12 +114,3 @@ def scattering_angle_rad(name: str) -> float:
     angles, values = phase_function(name)
     share = np.cumsum(values * np.sin(angles) * angles)
     return float(np.interp(0.5, share / share[-1], angles)) / math.sqrt(3)
-
-
-@lru_cache
-def mean_phase_transform(name: str) -> np.ndarray:
-    """Mean of the phase function's Hankel transform over the frequencies from 0 up to each of ``FREQUENCIES``."""
-    angles, values = phase_function(name)
-    x = 2 * math.pi * np.multiply.outer(FREQUENCIES, angles)
-    weights = 2 * math.pi * values * np.sin(angles) * angles
-    return np.asarray(np.trapezoid(mean_bessel(x) * weights, np.log(angles), axis=1))

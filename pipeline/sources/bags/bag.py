@@ -1,16 +1,109 @@
 """A topic of a bag as frames, in order and by index."""
 
+import contextlib
 import struct
-from collections.abc import Sequence
-from functools import lru_cache
+import tempfile
+from collections.abc import Callable
+from functools import lru_cache, partial
 from itertools import accumulate
+from pathlib import Path
 from typing import Any
 
 from dockpose.camera.camera import Camera
-from dockpose.sources.bags.files import opened_files
+from dockpose.files.yaml_file import FileError, read_yaml
+from dockpose.sources.bags import storage
+from dockpose.sources.bags.chunked import McapFile, Ros1File
 from dockpose.sources.bags.messages import CAMERA_INFO, COMPRESSED, IMAGE, camera_in, picture_in
-from dockpose.sources.bags.storage import Place
+from dockpose.sources.bags.sqlite_file import SqliteFile
+from dockpose.sources.bags.storage import BAG_METADATA, Place, Storage
 from dockpose.sources.frames import Frame, Indexed, SourceError, Tell, growing
+from dockpose.sources.pictures import numeric
+
+_PACKED = ".zstd"
+_MOST_TIMES = 1000  # that a file expands by, beyond the size of a chunk; dark pictures reach some hundreds
+_PART_BYTES = 1 << 20
+
+
+def opened_files(source: str) -> tuple[list[Storage], bool, contextlib.ExitStack]:
+    """The files of a bag, whether its recorder was killed before it closed it, and what closes them."""
+    path = Path(source)
+    try:
+        import mcap.records  # noqa: F401
+        import rosbags.typesys  # noqa: F401
+    except ImportError as error:
+        needed = "needs the packages that read bags: pip install 'dockpose[ros]'"
+        raise SourceError(f"{source}: {needed}") from error
+    paths, is_by_message, is_unfinished = [path], False, path.is_dir() and not (path / BAG_METADATA).is_file()
+    if is_unfinished:
+        paths = sorted(filter(storage.is_rosbag2_file, path.iterdir()), key=numeric)
+    elif path.is_dir():
+        paths, is_by_message = _described(path)
+    if not paths:
+        raise SourceError(f"{path}: the bag has no files")
+    expand = partial(storage.expanded, "zstd") if is_by_message else None
+    with contextlib.ExitStack() as stack:
+        return [_opened(each, expand, stack) for each in paths], is_unfinished, stack.pop_all()
+
+
+def _opened(path: Path, expand: Callable[[bytes], bytes] | None, stack: contextlib.ExitStack) -> Storage:
+    try:
+        storage.check_regular(path)
+        if path.stat().st_size == 0:
+            raise SourceError("the file is empty (0 bytes)")
+        if path.suffix.lower() == _PACKED:
+            path = _unpacked(path, Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="dockpose-"))))
+        ending = path.suffix.lower()
+        if ending == ".db3":
+            file: Storage = SqliteFile(path, expand)
+        else:
+            file = McapFile(path) if ending == ".mcap" else Ros1File(path)
+    except OSError as error:
+        raise SourceError(f"{path}: cannot be read ({error.strerror or error})") from error
+    except SourceError as error:
+        raise SourceError(f"{path}: {error}") from error
+    stack.callback(file.close)
+    return file
+
+
+def _unpacked(path: Path, folder: Path) -> Path:
+    """Expand a file that was compressed as a whole into a folder."""
+    import zstandard
+
+    whole = folder / path.stem
+    most = storage.MOST_BYTES + _MOST_TIMES * path.stat().st_size
+    too_much = SourceError(f"expands to more than {_MOST_TIMES} times its size, as no bag does")
+    try:
+        with path.open("rb") as file, whole.open("wb") as target:
+            if zstandard.frame_content_size(file.read(32)) > most:  # as far as the file says
+                raise too_much
+            file.seek(0)
+            reader = zstandard.ZstdDecompressor().stream_reader(file)
+            while part := reader.read(_PART_BYTES):
+                target.write(part)
+                if target.tell() > most:
+                    raise too_much
+    except zstandard.ZstdError as error:
+        raise SourceError(f"is damaged: {error}") from error
+    return whole
+
+
+def _described(folder: Path) -> tuple[list[Path], bool]:
+    """The files that a folder's metadata.yaml names, and whether messages are compressed one by one."""
+    try:
+        content = read_yaml(folder / BAG_METADATA)
+    except FileError as error:
+        raise SourceError(str(error)) from error
+    about = content.get("rosbag2_bagfile_information")
+    if not isinstance(about, dict) or not isinstance(about.get("relative_file_paths"), list):
+        raise SourceError(f"{folder / BAG_METADATA}: describes no bag: it names no relative_file_paths")
+    paths = list(dict.fromkeys(folder / Path(str(name)).name for name in about["relative_file_paths"]))
+    missing = [str(path) for path in paths if not path.is_file()]
+    if missing:
+        raise SourceError(f"{folder}: the bag's {', '.join(missing)} is not there")
+    if about.get("compression_format") not in (None, "", "zstd"):
+        raise SourceError(f"{folder}: is compressed by {about['compression_format']!r}; zstd is read")
+    return paths, str(about.get("compression_mode", "")).lower() == "message"
+
 
 _ENCODINGS = ("cdr", "ros1")
 # Clocks that begin with a program or a simulation count from 0; this is in 1973, before anything was recorded.
@@ -34,7 +127,11 @@ class Bag(Indexed):
             self._stamps_ns = self._clock()
             self._times_ns, back = growing(self._stamps_ns)
             self._runs_back = bool(back)
-            self._tell_back(back)
+            if back:
+                jump_s = (self._stamps_ns[back[0] - 1] - self._stamps_ns[back[0]]) / 1e9
+                more = f" and {len(back) - 1} times more" if len(back) > 1 else ""
+                jump = f"by {jump_s:.6g} s at frame {back[0]}{more}"
+                self._tell(f"{source}: its clock jumps back {jump}; time goes on by the usual interval there")
             if self._stamps_ns[0] != self._stamps_ns[-1]:
                 self.rate_hz = (self.count - 1) * 1e9 / self._times_ns[-1]
             self.camera, self.camera_topic = self._camera()  # and where it is from; None where there is none
@@ -43,10 +140,6 @@ class Bag(Indexed):
             if isinstance(error, SourceError) and not str(error).startswith(source):
                 raise SourceError(f"{source}: {error}") from error
             raise
-
-    def close(self) -> None:
-        """Release the files."""
-        self._open.close()
 
     def _frame(self, index: int) -> Frame:
         name = f"{self.source}: frame {index}"
@@ -61,7 +154,7 @@ class Bag(Indexed):
 
     def _chosen(self, topic: str | None) -> str:
         """The topic that was asked for, or the only one with pictures."""
-        known = {one.name: one for storage in self._storages for one in storage.topics.values()}
+        known = {one.name: one for file in self._storages for one in file.topics.values()}
         pictures = sorted(
             name for name, one in known.items() if one.kind in (IMAGE, COMPRESSED) and one.encoding in _ENCODINGS
         )
@@ -73,7 +166,7 @@ class Bag(Indexed):
             listed = f"pictures are on {', '.join(pictures)}" if pictures else "no topic has pictures"
             raise SourceError(f"{self.source}: topic {topic}: {there}; {listed}")
         if not pictures:
-            faults = [fault for storage in self._storages for fault in storage.faults]
+            faults = [fault for file in self._storages for fault in file.faults]
             if faults:
                 raise SourceError(f"{self.source}: no topic of the bag has pictures that can be read: {faults[0]}")
             others = ", ".join(f"{name} ({one.kind or one.encoding})" for name, one in sorted(known.items()))
@@ -83,10 +176,8 @@ class Bag(Indexed):
         return pictures[0]
 
     def _places_of(self, name: str) -> list[Place]:
-        found: list[Place] = []
-        for storage in self._storages:
-            found += storage.places([key for key, topic in storage.topics.items() if topic.name == name])
-        return found
+        keys = ((file, [key for key, topic in file.topics.items() if topic.name == name]) for file in self._storages)
+        return [place for file, topics in keys for place in file.places(topics)]
 
     def _message(self, place: Place) -> Any:
         """A message with its fields."""
@@ -125,13 +216,6 @@ class Bag(Indexed):
             return None
         return seconds * 10**9 + nanoseconds
 
-    def _tell_back(self, back: Sequence[int]) -> None:
-        if back:
-            jump_s = (self._stamps_ns[back[0] - 1] - self._stamps_ns[back[0]]) / 1e9
-            more = f" and {len(back) - 1} times more" if len(back) > 1 else ""
-            jump = f"by {jump_s:.6g} s at frame {back[0]}{more}"
-            self._tell(f"{self.source}: its clock jumps back {jump}; time goes on by the usual interval there")
-
     def _camera(self) -> tuple[Camera | None, str | None]:
         """The camera that the topic beside that of the pictures describes, and that topic."""
         above = self.topic.rsplit("/", 1)[0]
@@ -153,10 +237,10 @@ class Bag(Indexed):
         return None, None
 
     def _tell_faults(self) -> None:
-        for fault in [fault for storage in self._storages for fault in storage.faults]:
+        for fault in [fault for file in self._storages for fault in file.faults]:
             self._skip(f"{self.source}: {fault}")
         frames = "1 frame is" if self.count == 1 else f"{self.count} frames are"
-        if any(storage.is_cut_short for storage in self._storages):
+        if any(file.is_cut_short for file in self._storages):
             self.is_cut_short = True
             self._tell(f"{self.source}: the bag is cut short: {frames} there")
         elif self._is_unfinished:

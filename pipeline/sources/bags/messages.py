@@ -61,7 +61,8 @@ def _rows(message: Any, pixel_bytes: int, name: str) -> np.ndarray:
 
 def camera_in(message: Any, is_rectified: bool = False) -> Camera | None:
     """Return the camera of a message, for pictures as they were published."""
-    K, P, D = (_field(message, name) for name in "kpd")
+    names = "kpd" if hasattr(message, "k") else "KPD"  # as ROS 1 spells them
+    K, P, D = (np.array(getattr(message, name), float) for name in names)
     matrix = np.reshape(P, (3, 4))[:, :3] if is_rectified else np.reshape(K, (3, 3))
     if matrix[0, 0] == 0:
         return None
@@ -75,9 +76,3 @@ def camera_in(message: Any, is_rectified: bool = False) -> Camera | None:
     model = None if is_rectified else message.distortion_model or None  # a driver that knows none leaves it empty
     matrices = Matrix(3, 3, matrix.ravel().tolist()), Matrix(1, len(distortion), distortion)
     return camera_of_calibration(CalibrationFile(width, height, *matrices, model))
-
-
-def _field(message: Any, name: str) -> np.ndarray:
-    """A matrix of CameraInfo, which ROS 1 spells in capitals."""
-    values = getattr(message, name) if hasattr(message, name) else getattr(message, name.upper())
-    return np.array(values, float)

@@ -55,10 +55,8 @@ class SqliteFile(Storage):
         return database
 
     def _rows(self, query: str, *values: object) -> Iterator[tuple[Any, ...]]:
-        """The rows of a query, each of which must come within a million steps of SQLite's machine.
-
-        A signal is obeyed between rows alone: what counts the steps is no Python code, in which it would be lost.
-        """
+        """The rows of a query, each of which must come within a million steps of SQLite's machine."""
+        # A signal is obeyed between rows alone: what counts the steps is no Python code, in which it would be lost.
         self._database.set_progress_handler(partial(next, repeat(0, _TIMES), 1), _STEPS)
         try:
             for row in self._database.execute(query, values):
@@ -70,12 +68,7 @@ class SqliteFile(Storage):
             raise SourceError(f"is damaged: SQLite finds no row of it in {_STEPS * _TIMES} steps") from error
 
     def _read_all(self) -> None:
-        self._check_tables()
-        self._read_topics()
-        self._places = self._listed()
-
-    def _check_tables(self) -> None:
-        """Refuse what computes instead of being there: views, virtual tables and generated columns."""
+        """Read both tables, and refuse what computes instead: views, virtual tables and generated columns."""
         for name in ("topics", "messages"):
             query = "SELECT type, rootpage FROM sqlite_master WHERE name = ? COLLATE NOCASE"
             kind, page = next(self._rows(query, name), ("missing", 0))
@@ -87,8 +80,6 @@ class SqliteFile(Storage):
                     raise SourceError(
                         f"is not a bag of ROS 2: the column {column!r} of its table {name!r} is generated"
                     )
-
-    def _read_topics(self) -> None:
         for key, *words in self._rows("SELECT id, name, type, serialization_format FROM topics NOT INDEXED"):
             if not isinstance(key, int) or not all(isinstance(word, str) for word in words):
                 raise SourceError(f"the row {shown((key, *words))} of its table 'topics' is not a topic")
@@ -96,6 +87,7 @@ class SqliteFile(Storage):
                 raise SourceError(f"its table 'topics' is damaged: it has over {len(self.topics)} rows, or one twice")
             name, kind, encoding = words
             self.topics[key] = Topic(name, kind_of_message(kind), encoding)
+        self._places = self._listed()
 
     def _listed(self) -> list[Place]:
         """All messages in the order of their numbers, as far as they are there."""

@@ -14,12 +14,25 @@ from typing import BinaryIO, NamedTuple
 
 from dockpose.sources.frames import SourceError
 
+BAG_METADATA = "metadata.yaml"  # beside the files of rosbag2
 # Of a chunk or message, expanded. Recorders make chunks of a few MB, or of one message where that is larger: a colour
 # picture of 16 bits and 40 megapixels has 240 MB.
 MOST_BYTES = 256_000_000
 MOST_RECORDS = 500_000  # of a chunk that is gone through record by record; a MB holds at most some ten thousand
 # What Python raises for numbers that lead beyond the file, and for bytes that are no text.
 DAMAGE = (ValueError, struct.error, OverflowError, MemoryError, OSError, LookupError, EOFError, RuntimeError)
+
+
+def is_rosbag2_file(path: Path) -> bool:
+    """Whether a file's name is that of one of the files in a folder that rosbag2 writes."""
+    return path.name.lower().removesuffix(".zstd").endswith((".mcap", ".db3"))
+
+
+def check_regular(source: str | Path) -> None:
+    """Raise SourceError for a pipe or a device in place of a file, from which reading might never end."""
+    path = Path(source)
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise SourceError(f"{source}: is not a regular file, but a pipe or a device; only files are read")
 
 
 @dataclass(frozen=True)

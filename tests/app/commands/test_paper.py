@@ -10,8 +10,7 @@ from dockpose.app.cli import main
 from dockpose.app.export.words import budget_cells, budget_sentences, usual_ranges_m
 from dockpose.camera.files import save_camera
 from dockpose.study.budget import budget, farthest_apart_m, nearest_m
-from dockpose.study.judge import OUTCOMES
-from dockpose.study.scenes import methods
+from dockpose.study.judge import OUTCOMES, methods
 from dockpose.study.summary import FACTORS
 
 CAMERA, DOCK = Camera(700, 700, 319.5, 239.5, 640, 480), Dock(0.30, 10)

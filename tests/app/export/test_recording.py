@@ -19,7 +19,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.export import recording
 from dockpose.app.export.recording import Recording
 from dockpose.sources import Arrival, Frame, Live, Wishes, open_frames
-from dockpose.sources import stream as streaming
+from dockpose.sources import capture as streaming
 
 from tests.support.cameras import V4l2Camera, jpeg_of
 from tests.support.streams import MjpegServer

@@ -11,11 +11,10 @@ from dockpose.app.export.reproduction.poses import figure_17, figure_17_part, ta
 from dockpose.app.export.reproduction.spread import figure_7
 from dockpose.app.export.reproduction.tank import budget_part, table_part
 from dockpose.paper.closed_loop import RULES, Course
+from dockpose.paper.error_budget import CAMERA, ITEMS, Budget
 from dockpose.paper.light_numbers import errors_with
 from dockpose.paper.lights.rivals import Tally
-from dockpose.paper.tables import TABLES
-from dockpose.paper.tank.error_budget import CAMERA, ITEMS, Budget
-from dockpose.paper.tank.poses import Row, reproduce_row
+from dockpose.paper.tables import TABLES, Row, reproduce_row
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from dockpose.app.export.study.report import (
     parts_of,
     trust_table,
 )
-from dockpose.study.scenes import methods, title_of
+from dockpose.study.judge import methods, title_of
 from dockpose.study.summary import summary_of
 from dockpose.thresholds import METHODS as THRESHOLDS
 from dockpose.thresholds import register_threshold

@@ -17,7 +17,7 @@ from dockpose.camera.files import load_camera
 from dockpose.files.yaml_file import FileError
 from dockpose.simulate import load_scene, render
 from dockpose.simulate.files import render_folder
-from dockpose.simulate.truth import truth_of
+from dockpose.simulate.scene import truth_of
 from dockpose.sources import SourceError
 
 from tests.support.docks import CAMERA, uneven

@@ -255,7 +255,7 @@ def test_what_is_no_number_is_refused_by_its_name():
         wishes_from(asked(exposure="long"), NAMES)
 
 
-# The files that the recipe names: the source itself, by which text it is known, and where it is opened.
+# What the recipe names: the source itself, by which text it is known, and where it is opened.
 SOURCE = '''
 from pathlib import Path
 
@@ -277,19 +277,15 @@ class Levels(Frames):
             else:
                 self._skip(f"{self.source}: frame {index} is {word!r}; it must be a level")
 '''
-EDITS = {
-    "names.py": [
-        ('    SIMULATED = "simulated"\n', '    LEVELS = "levels"\n'),
-        ("    ending = path.suffix.lower()\n", '    if ending == ".levels":\n        return Kind.LEVELS\n'),
-    ],
-    "opening.py": [
-        ("from dockpose.sources.frames import Frames, SourceError, Tell\n", "from .levels import Levels\n"),
-        (
-            "        frames = Bag(name, tell, topic)\n",
-            "    elif kind is Kind.LEVELS:\n        frames = Levels(name, tell)\n",
-        ),
-    ],
-}
+EDITS = [
+    ('    SIMULATED = "simulated"\n', '    LEVELS = "levels"\n'),
+    ("            return Kind.GLOB\n", '    if path.suffix == ".levels":\n        return Kind.LEVELS\n'),
+    ("from dockpose.sources.frames import Frame, Frames, SourceError, Tell\n", "from .levels import Levels\n"),
+    (
+        "        frames = Bag(name, tell, topic)\n",
+        "    elif kind is Kind.LEVELS:\n        frames = Levels(name, tell)\n",
+    ),
+]
 
 
 @pytest.fixture
@@ -298,12 +294,11 @@ def with_levels(tmp_path, monkeypatch):
     folder = tmp_path / "sources"
     shutil.copytree(ROOT / "pipeline" / "sources", folder, ignore=shutil.ignore_patterns("__pycache__"))
     (folder / "levels.py").write_text(SOURCE)
-    for name, edits in EDITS.items():
-        text = (folder / name).read_text()
-        for after, line in edits:
-            assert text.count(after) == 1
-            text = text.replace(after, after + line)
-        (folder / name).write_text(text)
+    text = (folder / "opening.py").read_text()
+    for after, line in EDITS:
+        assert text.count(after) == 1
+        text = text.replace(after, after + line)
+    (folder / "opening.py").write_text(text)
     monkeypatch.setattr(dockpose, "__path__", [str(tmp_path), *dockpose.__path__])
     anew = ("dockpose.sources", "dockpose.app.inputs")
     known = {name: module for name, module in sys.modules.items() if name.startswith(anew)}
@@ -316,7 +311,7 @@ def with_levels(tmp_path, monkeypatch):
         setattr(sys.modules[above], last, module)
 
 
-def test_a_source_that_is_added_in_three_files_opens_by_name_everywhere(with_levels, tmp_path):
+def test_a_source_that_is_added_in_two_files_opens_by_name_everywhere(with_levels, tmp_path):
     path, told = tmp_path / "dive.levels", []
     path.write_text("10 20 dark 40")
     (typed,) = with_levels.resolve([str(path)], CAMERA, SCENE.dock, told.append)

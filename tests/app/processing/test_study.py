@@ -7,7 +7,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.inputs.protected import FolderLock
 from dockpose.app.processing import study as module
 from dockpose.app.processing.study import BLOCK, Study
-from dockpose.study.scenes import methods
+from dockpose.study.judge import methods
 
 
 class StoppedError(Exception):

@@ -59,22 +59,13 @@ by_the_letter = functools.partial(choose_by_table, literal=True)
 LEFT, RIGHT = pose(-0.3), pose(0.3)
 
 
-def test_an_eccentricity_that_falls_keeps_the_orientation():
-    one = choose_by_table([LEFT, RIGHT], 0.30, first=1)
-    two = choose_by_table([LEFT, RIGHT], 0.29, one)
-    assert (one.selected, two.selected, two.frame) == (1, 1, 2)
-
-
-@pytest.mark.parametrize("second", [0.31, 0.30])
-def test_one_that_does_not_fall_takes_the_other(second):
-    one = choose_by_table([LEFT, RIGHT], 0.30, first=1)
-    assert choose_by_table([LEFT, RIGHT], second, one).selected == 0
-
-
-def test_the_orientation_is_followed_whatever_its_index():
-    one = choose_by_table([LEFT, RIGHT], 0.30)
-    assert choose_by_table([RIGHT, LEFT], 0.29, one).selected == 1
-    assert choose_by_table([RIGHT, LEFT], 0.31, one).selected == 0
+@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize(("second", "kept"), [(0.29, True), (0.30, False), (0.31, False)])
+def test_an_eccentricity_that_falls_keeps_the_orientation_whatever_its_index(first, second, kept):
+    one = choose_by_table([LEFT, RIGHT], 0.30, first=first)
+    for candidates, index in (([LEFT, RIGHT], first), ([RIGHT, LEFT], 1 - first)):
+        two = choose_by_table(candidates, second, one)
+        assert (one.selected, two.selected, two.frame) == (first, index if kept else 1 - index, 2)
 
 
 def test_from_the_third_frame_on_only_the_nearest_counts():

@@ -12,7 +12,7 @@ from dockpose.files.yaml_file import FileError, to_yaml
 from dockpose.simulate import Lights, Pose, Sensor, load_scene, render
 from dockpose.simulate.files import render_folder, save_scene
 from dockpose.simulate.optics.psf import Psf, point_spread
-from dockpose.simulate.optics.water import Water, preset
+from dockpose.simulate.optics.water import Water, preset, water_of_turbidity
 from dockpose.simulate.parts import Background, Lamp, Mirror, Panel, Snow
 
 from tests.support.scenes import PLAIN, QUIET, changed, random_scene
@@ -45,6 +45,11 @@ from tests.support.scenes import PLAIN, QUIET, changed, random_scene
         (lambda: Panel(size_m=-1.0), "size_m is -1.0"),
         (lambda: Lamp(position_m=(0.0, 0.0, math.nan)), "lamp position_m z is nan"),
         (lambda: changed(water="soup"), "water is 'soup'"),
+        (lambda: preset("soup"), "water is 'soup'"),
+        (lambda: Water(-0.1, 0.1), "absorption_per_m is -0.1"),
+        (lambda: Water(0.1, math.nan), "scattering_per_m is nan"),
+        (lambda: Water(0.1, 0.1, "soup"), "phase_function is 'soup'"),
+        (lambda: water_of_turbidity(1.5), "turbidity is 1.5"),
         (lambda: changed(water=0.3), "water is 0.3; it must be of the class Water"),
         (lambda: changed(psf="voss"), "psf is 'voss'; it must be of the class Psf"),
         (lambda: Psf(model="fog"), "psf model is 'fog'"),

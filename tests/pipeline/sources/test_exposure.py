@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.simulate import Lights, Pose, Scene, Sensor, render, truth_of
-from dockpose.simulate.emitters import emitters_of
-from dockpose.simulate.optics.glow import light_on_sensor
+from dockpose.simulate.optics.glow import light_of
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background
-from dockpose.simulate.surroundings import background_picture
+from dockpose.simulate.render import background_picture
 from dockpose.sources import ExposureWatch, Frame
 from dockpose.sources.exposure import exposure_hint
 
@@ -49,7 +48,7 @@ def scene_of(seed: int) -> Scene:
 def middle_light(scene: Scene) -> tuple[float, float]:
     """Middle light's share of what is cut off of its core, and its height in deviations of the noise."""
     truth, found = truth_of(scene), []
-    light = sum(light_on_sensor(scene, emitters_of(scene, truth), scene.water), background_picture(scene, scene.water))
+    light = sum(light_of(scene), background_picture(scene, scene.water))
     for x, y in np.rint(truth.lights_px[truth.visible]).astype(int):
         near = light[max(0, y - 12) : y + 13, max(0, x - 12) : x + 13]
         around = light[max(0, y - 25) : y + 26, max(0, x - 25) : x + 26]
@@ -112,9 +111,7 @@ def test_what_to_do_about_saturated_lights(kind, peak, sentence):
 
 def test_colour_counts_by_its_brightest_channel():
     grey = spots(600)
-    red = np.dstack([grey // 8, grey // 8, grey])
-    hint = exposure_hint(red, estimate(red, CAMERA, Dock(0.30, 10)))
-    assert hint.verdict == "saturated"
+    assert hint_of(np.dstack([grey // 8, grey // 8, grey])).verdict == "saturated"
 
 
 @pytest.mark.parametrize(

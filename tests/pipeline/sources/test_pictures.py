@@ -11,6 +11,7 @@ from dockpose.sources.pictures import taken_unix_s
 from PIL import ExifTags, Image
 
 from tests.support.scenes import CAMERA, DOCK
+from tests.support.sources import taken
 
 NOON_S = datetime(2026, 7, 1, 12, 0, 0, tzinfo=UTC).timestamp()
 
@@ -62,8 +63,7 @@ def test_damaged_pictures_tell_nothing(data):
 def test_frames_from_pictures_have_that_time(tmp_path):
     (tmp_path / "a.jpg").write_bytes(picture(DateTimeOriginal="2026:07:01 12:00:00", OffsetTimeOriginal="+00:00"))
     Image.new("L", (8, 6)).save(tmp_path / "b.png")
-    with open_frames(str(tmp_path)) as frames:
-        assert [frame.time_unix_s for frame in frames] == [NOON_S, None]
+    assert [frame.time_unix_s for frame in taken(tmp_path)[0]] == [NOON_S, None]
 
 
 SCENE = np.random.default_rng(0).integers(0, 256, (48, 64), dtype=np.uint8)
@@ -97,11 +97,11 @@ def tagged(kind, number):
 @pytest.mark.parametrize("number", range(1, 9))
 @pytest.mark.parametrize("kind", ["JPEG", "PNG", "TIFF", "WEBP", "MP4"])
 def test_pixels_stay_as_the_sensor_has_them_and_a_tag_is_named(kind, number, tmp_path):
-    path, plain, told = tmp_path / f"a.{kind.lower()}", tmp_path / f"plain.{kind.lower()}", []
+    path, plain = tmp_path / f"a.{kind.lower()}", tmp_path / f"plain.{kind.lower()}"
     path.write_bytes(tagged(kind, number))
     plain.write_bytes(tagged(kind, 1))
-    with open_frames(path, told.append) as frames, open_frames(plain, pytest.fail) as others:
-        (found, *_), (wanted, *_) = list(frames), list(others)
+    ((found, *_), told, _), ((wanted, *_), nothing, _) = taken(path), taken(plain)
+    assert nothing == []
     np.testing.assert_array_equal(found.image, wanted.image)
     assert found.image.shape[:2] == (48, 64)
     assert len(told) == (number != 1)
@@ -112,23 +112,18 @@ def test_pixels_stay_as_the_sensor_has_them_and_a_tag_is_named(kind, number, tmp
 
 @pytest.mark.parametrize(("number", "degrees"), [(3, 180), (6, 90), (8, 270)])
 def test_the_turn_that_is_advised_sets_the_picture_upright(number, degrees, tmp_path):
-    path, told = tmp_path / "a.png", []
-    path.write_bytes(tagged("PNG", number))
-    upright = np.asarray(
-        Image.fromarray(SCENE).transpose(Image.Transpose({3: 3, 6: 4, 8: 2}[number]))
-    )  # as Pillow's exif_transpose
-    with open_frames(path, told.append, rotate=degrees) as frames:
-        np.testing.assert_array_equal(frames.at(0).image, upright)
+    (tmp_path / "a.png").write_bytes(tagged("PNG", number))
+    upright = Image.fromarray(SCENE).transpose(Image.Transpose({3: 3, 6: 4, 8: 2}[number]))  # as its exif_transpose
+    (found,), told, _ = taken(tmp_path / "a.png", rotate=degrees)
+    np.testing.assert_array_equal(found.image, np.asarray(upright))
     assert f"--rotate {degrees} " in told[0]
 
 
 def test_an_estimate_of_a_file_names_the_tag(tmp_path):
     (tmp_path / "a.png").write_bytes(tagged("PNG", 6))
     camera = type(CAMERA)(50, 50, 31.5, 23.5, 64, 48)
-    assert (
-        "a.png: its orientation tag 6 says that it lies on its side"
-        in estimate(tmp_path / "a.png", camera, DOCK).message
-    )
+    message = estimate(tmp_path / "a.png", camera, DOCK).message
+    assert "a.png: its orientation tag 6 says that it lies on its side" in message
     assert "orientation" not in estimate(SCENE, camera, DOCK).message
 
 
@@ -164,29 +159,28 @@ def test_a_file_of_several_pictures_is_a_sequence(ending, times_s, how, tmp_path
     assert [frame.index for frame in found] == [0, 1, 2, 3]
     assert [frame.time_s for frame in found] == times_s
     assert [(int(frame.image.min()), int(frame.image.max())) for frame in found] == [(n, n) for n in (0, 40, 80, 120)]
-    with open_frames(path, rate_hz=4.0) as frames:
-        assert [frame.time_s for frame in frames] == [0, 0.25, 0.5, 0.75]
+    assert [frame.time_s for frame in taken(path, rate_hz=4.0)[0]] == [0, 0.25, 0.5, 0.75]
 
 
 def test_a_page_that_is_cut_short_is_left_out_with_a_sentence(tmp_path):
-    path, told = paged(tmp_path / "a.tif"), []
+    path = paged(tmp_path / "a.tif")
     data = path.read_bytes()
     with Image.open(path) as picture:
         picture.seek(3)
         strip = getattr(picture, "tag_v2")[273][0]  # noqa: B009  # of its kind, which has no type
     place = data.index(struct.pack("<HHII", 273, 4, 1, strip))
     path.write_bytes(data[: place + 8] + struct.pack("<I", 2**31) + data[place + 12 :])
-    with open_frames(path, told.append) as frames:
-        assert [frame.index for frame in frames] == [0, 1, 2]
-        assert frames.skipped == 1
+    found, told, frames = taken(path)
+    assert [frame.index for frame in found] == [0, 1, 2]
+    assert frames.skipped == 1
     assert [text.startswith(f"{path}: page 4: the picture is cut short") for text in told] == [True]
 
 
 def test_a_folder_and_an_estimate_refuse_a_file_of_several_pictures(tmp_path):
-    path, told = paged(tmp_path / "a.tif"), []
+    path = paged(tmp_path / "a.tif")
     Image.fromarray(SCENE).save(tmp_path / "b.gif")
-    with open_frames(tmp_path, told.append) as frames:
-        assert [frame.index for frame in frames] == [1]
+    found, told, _ = taken(tmp_path)
+    assert [frame.index for frame in found] == [1]
     assert told == [f"{path}: has 4 pages, which are a sequence; open it by itself, like a video"]
     with pytest.raises(ValueError, match="has 4 pages"):
         estimate(path, CAMERA, DOCK)

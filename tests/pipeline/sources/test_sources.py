@@ -12,6 +12,7 @@ from dockpose.simulate import Approach, ClosedLoop, FilmPlan, film, save_sequenc
 from dockpose.sources import Kind, Live, Pictures, SourceError, kind_of, open_frames, read_ahead
 
 from tests.support.scenes import CAMERA, random_scene
+from tests.support.sources import by_number_as_in_order, taken
 from tests.support.streams import MjpegServer
 
 SMALL = msgspec.structs.replace(random_scene(1), camera=CAMERA.for_size(320, 240))
@@ -20,10 +21,8 @@ RATE_HZ = 20.0
 
 def picture(number: int) -> np.ndarray:
     """A picture of eight fields that are dark or bright as the bits of its number, which any codec keeps."""
-    bits = [number >> place & 1 for place in range(8)]
-    return (
-        np.repeat(np.array([40 + 150 * bit for bit in bits], np.uint8), 20)[None, :, None].repeat(120, 0).repeat(3, 2)
-    )
+    levels = np.array([40 + 150 * (number >> place & 1) for place in range(8)], np.uint8)
+    return np.repeat(levels, 20)[None, :, None].repeat(120, 0).repeat(3, 2)
 
 
 def number_of(image: np.ndarray) -> int:
@@ -84,11 +83,8 @@ def test_a_folder_comes_in_numeric_order_and_a_broken_picture_is_left_out(tmp_pa
         assert np.array_equal(frames.at(3).image, found[2].image)
         with pytest.raises(SourceError, match="frame 1 of 4"):
             frames.at(1)
-    assert [(frame.index, frame.time_s, number_of(frame.image)) for frame in found] == [
-        (0, 0.0, 8),
-        (2, 0.2, 10),
-        (3, 0.3, 11),
-    ]
+    seen = [(frame.index, frame.time_s, number_of(frame.image)) for frame in found]
+    assert seen == [(0, 0.0, 8), (2, 0.2, 10), (3, 0.3, 11)]
     assert len(told) == 2  # once in order, once by its number
     assert "frame9.png: is not a picture" in told[0]
     assert found[0].name == str(folder / "frame8.png")
@@ -97,28 +93,19 @@ def test_a_folder_comes_in_numeric_order_and_a_broken_picture_is_left_out(tmp_pa
 
 def test_pictures_without_a_rate_have_no_times(tmp_path):
     folder = write_folder(tmp_path / "film", range(2))
-    with open_frames(str(folder / "*.png")) as frames:
-        assert [frame.time_s for frame in frames] == [None, None]
-        assert frames.rate_hz is None
-        assert not frames.is_live
+    found, _, frames = taken(folder / "*.png")
+    assert [frame.time_s for frame in found] == [None, None]
+    assert (frames.rate_hz, frames.is_live) == (None, False)
 
 
 @pytest.mark.parametrize(("name", "codec"), [("a.mp4", "mp4v"), ("a.avi", "MJPG"), ("b.avi", "FFV1")])
 def test_a_video_gives_each_frame_by_its_number_as_in_order(tmp_path, name, codec):
     path = write_video(tmp_path / name, codec)
     with open_frames(str(path)) as frames:
-        found = list(frames)
+        found = by_number_as_in_order(frames, 100, (99, 0, 1, 2, 50, 13, 49, 90, 90), range(37, 71))
         assert (frames.count, frames.rate_hz, frames.skipped) == (100, RATE_HZ, 0)
         assert [number_of(frame.image) for frame in found] == list(range(100))
-        assert [frame.index for frame in found] == list(range(100))
         assert [frame.time_s for frame in found] == pytest.approx(np.arange(100) / RATE_HZ)
-        for index in (99, 0, 1, 2, 50, 13, 49, 90, 90):
-            again = frames.at(index)
-            assert (again.index, again.time_s) == (index, found[index].time_s)
-            assert np.array_equal(again.image, found[index].image)
-        part = list(frames.between(37, 71))
-        assert [frame.index for frame in part] == list(range(37, 71))
-        assert all(np.array_equal(frame.image, found[frame.index].image) for frame in part)
         for index in (-1, 100):
             with pytest.raises(SourceError, match=f"frame {index} of 100"):
                 frames.at(index)
@@ -127,10 +114,9 @@ def test_a_video_gives_each_frame_by_its_number_as_in_order(tmp_path, name, code
 def test_a_truncated_video_gives_what_is_there_and_one_line(tmp_path, capfd):
     path = write_video(tmp_path / "a.avi", "MJPG")
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    told = []
-    with open_frames(str(path), told.append) as frames:
-        numbers = [number_of(frame.image) for frame in frames]
-        assert frames.is_cut_short
+    found, told, frames = taken(path)
+    numbers = [number_of(frame.image) for frame in found]
+    assert frames.is_cut_short
     assert 40 < len(numbers) < 60
     assert numbers[:-1] == list(range(len(numbers) - 1))  # of the last, half may be there
     assert len(told) == 1
@@ -156,22 +142,29 @@ def test_corrupt_frames_of_a_video_are_counted_and_keep_their_numbers(tmp_path, 
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize("name", ["words.mp4", "empty.avi", "gone.mp4", "cut.mp4", "gone.png", "words.yaml"])
-def test_what_gives_no_frames_is_told_in_a_sentence_that_names_it(tmp_path, name, capfd):
-    (tmp_path / "words.mp4").write_text("these are words " * 50)
-    (tmp_path / "words.yaml").write_text("camera: 7")
-    (tmp_path / "empty.avi").write_bytes(b"")
-    path = write_video(tmp_path / "cut.mp4", "mp4v")
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        ("a.mp4", "a.mp4: is not a video, or one of a format that is not read"),
+        ("a.mkv", "a.mkv: begins as a video, but is damaged or cut short"),
+        ("a.h264", "a.h264: the file is empty"),
+        ("cut.mp4", "cut.mp4: is an MP4 that is cut short before its index"),
+        ("gone.mp4", "gone.mp4: "),
+        ("gone.png", "gone.png: "),
+        ("words.yaml", "words.yaml: "),
+        ("97", "camera 97: no camera has that number"),
+    ],
+)
+def test_what_gives_no_frames_is_told_in_a_sentence_that_names_it(tmp_path, source, words, capfd, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name, data in {"a.mp4": b"words " * 99, "a.mkv": b"\x1a\x45\xdf\xa3", "a.h264": b""}.items():
+        Path(name).write_bytes(data)
+    Path("words.yaml").write_text("camera: 7")
+    path = write_video(Path("cut.mp4"), "mp4v")
     path.write_bytes(path.read_bytes()[:2000])
-    with pytest.raises(SourceError, match=name) as error:
-        open_frames(str(tmp_path / name))
+    with pytest.raises(SourceError, match=words) as error:
+        open_frames(source)
     assert "\n" not in str(error.value)
-    assert capfd.readouterr() == ("", "")
-
-
-def test_a_camera_that_is_not_there_is_told(capfd):
-    with pytest.raises(SourceError, match="camera 97: no camera has that number"):
-        open_frames("97")
     assert capfd.readouterr() == ("", "")
 
 
@@ -236,12 +229,7 @@ def test_a_camera_that_goes_away_is_tried_again_with_growing_pauses_and_said_so(
     monkeypatch.setattr("dockpose.sources.live.FIRST_PAUSE_S", 0.05)
     monkeypatch.setattr("dockpose.sources.live.LONGEST_PAUSE_S", 0.2)
     first, second = FakeCapture([0, 1, None, 2]), FakeCapture([3] * 1000)
-    answers = [
-        first,
-        SourceError("camera 0: no camera has that number"),
-        SourceError("camera 0: no camera has that number"),
-        second,
-    ]
+    answers = [first, *[SourceError("camera 0: no camera has that number")] * 2, second]
     asked_s = []
 
     def connect():
@@ -262,15 +250,9 @@ def test_a_camera_that_goes_away_is_tried_again_with_growing_pauses_and_said_so(
     assert frames.skipped == 1
     pauses_s = np.diff(asked_s)[1:]
     assert (pauses_s >= [0.1, 0.2]).all()
-    assert [text.split(": ", 1)[1][:20] for text in told] == [
-        "1 frame was corrupt ",
-        "no more frames come;",
-        "no camera has that n",
-        "no camera has that n",
-        told[-1].split(": ", 1)[1][:20],
-    ]
+    begins = "1 frame was corrupt ", "no more frames come;", *["no camera has that n"] * 2, "is back after"
+    assert [text.startswith(f"camera 0: {begin}") for text, begin in zip(told, begins, strict=True)] == [True] * 5
     assert "after 0.05 s" in told[1]
-    assert "is back after" in told[-1]
 
 
 def test_a_source_that_cannot_be_read_any_more_ends_with_a_sentence_rather_than_silence():

@@ -2,7 +2,7 @@ import json
 
 import numpy as np
 import pytest
-from dockpose.study.scenes import HATS, PRODUCT, methods
+from dockpose.study.judge import HATS, PRODUCT, methods
 from dockpose.study.summary import FACTORS, Factor, columns_of, of_method, summary_of
 
 from tests.support.studied import table
@@ -65,21 +65,22 @@ def test_it_is_plain_json_without_anything_timed(summary):
     assert list(summary["methods"]) == methods()
 
 
-def test_bins_hold_their_lower_edge_and_the_last_its_upper_one_too():
-    factor = Factor("x", "x", (0, 1, 3))
-    assert factor.bins_of(np.array([-0.1, 0, 0.99, 1, 3, 3.1, np.nan])).tolist() == [-1, 0, 0, 1, 1, -1, -1]
-    assert factor.labels == ["0 to 1", "1 to 3"]
-
-
-def test_counted_bins_are_named_by_their_numbers():
-    factor = Factor("n", "n", (0, 1, 4, 7), is_whole=True)
-    assert factor.labels == ["0", "1 to 3", "4 to 7"]
-    assert factor.bins_of(np.array([0.0, 3, 4, 7])).tolist() == [0, 1, 2, 2]
-
-
-def test_listed_bins_are_named_by_their_value():
-    assert FACTORS["width_px"].labels == ["320", "640", "800", "1280", "1920"]
-    assert FACTORS["width_px"].bins_of(np.array([320.0, 1920])).tolist() == [0, 4]
+@pytest.mark.parametrize(
+    ("factor", "labels", "values", "bins"),
+    [
+        (
+            Factor("x", "", (0, 1, 3)),
+            ["0 to 1", "1 to 3"],
+            [-0.1, 0, 0.99, 1, 3, 3.1, np.nan],
+            [-1, 0, 0, 1, 1, -1, -1],
+        ),
+        (Factor("n", "", (0, 1, 4, 7), is_whole=True), ["0", "1 to 3", "4 to 7"], [0.0, 3, 4, 7], [0, 1, 2, 2]),
+        (FACTORS["width_px"], ["320", "640", "800", "1280", "1920"], [320.0, 1920], [0, 4]),
+    ],
+)
+def test_bins_hold_their_lower_edge_and_the_last_its_upper_one_too(factor, labels, values, bins):
+    assert factor.labels == labels
+    assert factor.bins_of(np.array(values)).tolist() == bins
 
 
 def test_columns_are_numbers_but_for_words():

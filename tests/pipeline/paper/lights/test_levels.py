@@ -49,22 +49,11 @@ def test_levels_by_their_rules(picture):
 def test_the_parameters_of_an_ellipse_by_hand():
     turn = np.radians(30)
     t = np.linspace(0, 2 * np.pi, 12, endpoint=False)
-    along, across = 50 * np.cos(t), 30 * np.sin(t)
-    x, y = (
-        100 + along * np.cos(turn) - across * np.sin(turn),
-        80 + along * np.sin(turn) + across * np.cos(turn),
-    )
-    values = levels.ellipse_values(fit_ellipse(np.column_stack([x, y])))
-    assert dict(zip(levels.PARAMETERS, values, strict=True)) == pytest.approx(
-        {
-            "centre x": 100,
-            "centre y": 80,
-            "semi-major axis": 50,
-            "semi-minor axis": 30,
-            "angle": 30,
-            "eccentricity": 0.8,
-        }
-    )
+    rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    points = [100, 80] + np.column_stack([50 * np.cos(t), 30 * np.sin(t)]) @ rotation
+    values = dict(zip(levels.PARAMETERS, levels.ellipse_values(fit_ellipse(points)), strict=True))
+    wanted = {"semi-major axis": 50, "semi-minor axis": 30, "angle": 30, "eccentricity": 0.8}
+    assert values == pytest.approx({"centre x": 100, "centre y": 80} | wanted)
 
 
 def test_the_ellipse_is_the_same_at_two_levels_but_for_a_fraction_of_a_pixel():

@@ -2,26 +2,15 @@ import math
 
 import numpy as np
 import pytest
-from dockpose.paper.lights.spread import (
-    HOU_DISTANCE_M,
-    HOU_THETA0_RAD,
-    HOU_WATER,
-    SIDE_PX,
-    LampPicture,
-    glow_within,
-    lamp_pictures,
-    lamp_scene,
-    lopsidedness,
-    two_peaks,
-)
+from dockpose.paper.lights import spread
 from dockpose.simulate.optics.psf import Psf, point_spread
 
-HOU = Psf("hou", theta0_rad=HOU_THETA0_RAD)
+HOU = Psf("hou", theta0_rad=spread.HOU_THETA0_RAD)
 
 
 def test_the_published_example_of_hou():
-    assert HOU_WATER.albedo == pytest.approx(0.87)
-    assert HOU_WATER.attenuation_per_m * HOU_DISTANCE_M == pytest.approx(5.5)
+    assert spread.HOU_WATER.albedo == pytest.approx(0.87)
+    assert spread.HOU_WATER.attenuation_per_m * spread.HOU_DISTANCE_M == pytest.approx(5.5)
 
 
 @pytest.mark.parametrize("degrees", [0.1, 1.0, 10.0])
@@ -32,15 +21,15 @@ def test_the_share_of_hou_s_glow_within_an_angle_by_hand(degrees):
     def within(angle):
         return inner**power / 2 + (angle**power - inner**power) / power
 
-    spread = point_spread(HOU, HOU_WATER, HOU_DISTANCE_M)
+    glow = point_spread(HOU, spread.HOU_WATER, spread.HOU_DISTANCE_M)
     expected = within(math.radians(degrees)) / within(math.pi / 2)
-    assert glow_within(spread, math.radians(degrees)) == pytest.approx(expected, rel=0.02)
-    assert glow_within(spread, math.pi) == pytest.approx(1)
+    assert spread.glow_within(glow, math.radians(degrees)) == pytest.approx(expected, rel=0.02)
+    assert spread.glow_within(glow, math.pi) == pytest.approx(1)
 
 
 def test_pictures_are_exposed_alike_and_not_saturated():
-    scenes = [lamp_scene(HOU, HOU_WATER, HOU_DISTANCE_M, 1, tilt) for tilt in (0.0, 60.0)]
-    square, dimmed = lamp_pictures(scenes)
+    scenes = [spread.lamp_scene(HOU, spread.HOU_WATER, spread.HOU_DISTANCE_M, 1, tilt) for tilt in (0.0, 60.0)]
+    square, dimmed = spread.lamp_pictures(scenes)
     assert (square.direct + square.glow).max() + 8 == pytest.approx(220, abs=0.1)
     assert square.image.max() < 250
     assert dimmed.direct.max() == pytest.approx(square.direct.max() / 2, rel=0.01)  # cos 60 degrees
@@ -49,25 +38,27 @@ def test_pictures_are_exposed_alike_and_not_saturated():
 
 
 def test_a_symmetric_glow_is_the_same_on_all_sides_and_a_rotated_one_is_narrower():
-    square, turned = (lamp_pictures([lamp_scene(Psf(), HOU_WATER, 1.0, 1, tilt)])[0] for tilt in (0.0, 50.0))
-    assert lopsidedness(square, 30) == pytest.approx((1, 1), abs=0.01)
-    sides, narrow = lopsidedness(turned, 30)
+    square, turned = (
+        spread.lamp_pictures([spread.lamp_scene(Psf(), spread.HOU_WATER, 1.0, 1, tilt)])[0] for tilt in (0.0, 50.0)
+    )
+    assert spread.lopsidedness(square, 30) == pytest.approx((1, 1), abs=0.01)
+    sides, narrow = spread.lopsidedness(turned, 30)
     assert sides < 0.95
     assert narrow < 0.7
 
 
-def lamps(left: int, right: int) -> LampPicture:
+def lamps(left: int, right: int) -> spread.LampPicture:
     """Two discs of one level each, without glow."""
-    y, x = np.mgrid[:SIDE_PX, :SIDE_PX] - SIDE_PX // 2
+    y, x = np.mgrid[: spread.SIDE_PX, : spread.SIDE_PX] - spread.SIDE_PX // 2
     disc = x**2 + y**2 <= 100
     direct = np.hstack([left * disc, right * disc]).astype(np.float32)
-    return LampPicture(direct.astype(np.uint8), direct, np.zeros_like(direct))
+    return spread.LampPicture(direct.astype(np.uint8), direct, np.zeros_like(direct))
 
 
 def test_the_peaks_of_two_lamps_by_hand():
-    assert (two_peaks(lamps(200, 150)).bright, two_peaks(lamps(200, 150)).dim) == (200, 150)
-    assert two_peaks(lamps(200, 150)).dip == 0
-    assert two_peaks(lamps(200, 200)).dip == 1
+    assert (spread.two_peaks(lamps(200, 150)).bright, spread.two_peaks(lamps(200, 150)).dim) == (200, 150)
+    assert spread.two_peaks(lamps(200, 150)).dip == 0
+    assert spread.two_peaks(lamps(200, 200)).dip == 1
 
 
 def test_the_peak_of_a_histogram_by_hand():

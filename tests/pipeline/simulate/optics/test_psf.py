@@ -2,10 +2,41 @@ import math
 
 import numpy as np
 import pytest
-from dockpose.simulate.optics.hankel import ANGLES, FREQUENCIES
-from dockpose.simulate.optics.psf import Psf, hou_exponent, point_spread
+from dockpose.simulate.optics import psf as optics
+from dockpose.simulate.optics.psf import ANGLES, FREQUENCIES, Psf, hou_exponent, point_spread
 from dockpose.simulate.optics.water import PRESETS, Water, preset
+from numpy.polynomial.legendre import leggauss
 from scipy.special import j0
+
+NODES, WEIGHTS = leggauss(20)
+
+
+def mean_by_quadrature(x):
+    """Gauss and Legendre's rule with twenty nodes on each stretch of at most 1, over which J0 is almost a parabola."""
+    edges = np.linspace(0, x, int(np.ceil(x)) + 1)
+    half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
+    return float(np.sum(half * WEIGHTS * j0(middle + half * NODES))) / x
+
+
+@pytest.mark.parametrize("x", [1e-9, 0.01, 1.0, 2.4048, 19.9, 20.1, 31.999, 32.0, 32.001, 50.0, 100.0, 1234.5, 1e5])
+def test_mean_of_the_bessel_function(x):
+    assert optics.mean_bessel(np.array([x]))[0] == pytest.approx(mean_by_quadrature(x), rel=1e-10)
+
+
+def test_far_out_the_mean_is_that_of_the_whole_integral_which_is_1():
+    x = np.geomspace(1e6, 1e9, 50)
+    assert optics.mean_bessel(x) * x == pytest.approx(1, abs=1e-3)
+
+
+def test_a_gaussian_comes_back_as_a_gaussian():
+    sigma = 0.01
+    transfer = np.exp(-2 * (np.pi * sigma * FREQUENCIES) ** 2)
+    spread = np.exp(-0.5 * (ANGLES / sigma) ** 2) / (2 * np.pi * sigma**2)
+    seen = ANGLES > 1e-5
+    assert optics.spread_of(transfer)[seen] == pytest.approx(spread[seen], abs=1e-6 * spread.max())
+    fast = FREQUENCIES > 0.1  # at slower ones the transform, which goes on periodically, loses a little
+    assert optics.transfer_of(spread)[fast] == pytest.approx(transfer[fast], abs=1e-9)
+
 
 DISTANCE_M = 1.5
 
@@ -126,3 +157,10 @@ def test_a_wrong_table_is_named(tmp_path, text, message):
     with pytest.raises(ValueError, match=message) as raised:
         point_spread(Psf(model="mtf", mtf_csv=str(path)), Water(0.1, 0.1), 1.0)
     assert "wrong.csv" in str(raised.value)
+
+
+def test_the_mean_transform_starts_at_one_and_falls():
+    transform = np.interp([1e-4, 0.1, 1, 10, 100, 1e4], FREQUENCIES, optics.mean_phase_transform("harbour"))
+    assert transform[0] == pytest.approx(1, abs=1e-3)
+    assert (np.diff(transform) < 0).all()
+    assert transform[-1] > 0

@@ -3,7 +3,6 @@ import math
 import numpy as np
 import pytest
 from dockpose.simulate.optics import water as waters
-from dockpose.simulate.optics.hankel import FREQUENCIES
 
 # Derived from Petzold's table by others than this code: mean cosine and Wells' theta0 = median / sqrt(3).
 MEAN_COSINE = {"clear": 0.8714, "coastal": 0.9468, "harbour": 0.9197}
@@ -30,13 +29,6 @@ def test_the_measured_points_are_met():
         assert np.interp(math.radians(degrees), angles, values) == pytest.approx(per_sr, rel=0.02)
 
 
-def test_the_mean_transform_starts_at_one_and_falls():
-    transform = np.interp([1e-4, 0.1, 1, 10, 100, 1e4], FREQUENCIES, waters.mean_phase_transform("harbour"))
-    assert transform[0] == pytest.approx(1, abs=1e-3)
-    assert (np.diff(transform) < 0).all()
-    assert transform[-1] > 0
-
-
 def test_attenuation_and_albedo_by_hand():
     water = waters.Water(0.1, 0.3)
     assert water.attenuation_per_m == pytest.approx(0.4)
@@ -58,18 +50,3 @@ def test_red_dies_first():
     water = waters.preset("coastal")
     red, green, blue = (water.in_band(band).absorption_per_m for band in ("red", "green", "blue"))
     assert red > 0.3 > green > blue
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: waters.preset("soup"), "water is 'soup'"),
-        (lambda: waters.Water(-0.1, 0.1), "absorption_per_m is -0.1"),
-        (lambda: waters.Water(0.1, math.nan), "scattering_per_m is nan"),
-        (lambda: waters.Water(0.1, 0.1, "soup"), "phase_function is 'soup'"),
-        (lambda: waters.water_of_turbidity(1.5), "turbidity is 1.5"),
-    ],
-)
-def test_bad_water_is_named(make, message):
-    with pytest.raises(ValueError, match=message):
-        make()

@@ -18,13 +18,14 @@ import numpy as np
 import pytest
 import zstandard
 from dockpose.sources import Bag, SourceError
-from dockpose.sources.bags import files, storage
+from dockpose.sources.bags import storage
 from dockpose.sources.bags.storage import expanded
 from mcap.writer import CompressionType, IndexType
 
 from tests.support import bags
 from tests.support.bags import PERIOD_NS, ROS1, START_NS, TOPIC
 from tests.support.bags import noise as pictures
+from tests.support.sources import taken
 
 TOPICS = """
     CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);
@@ -110,14 +111,13 @@ def test_pages_that_lead_to_one_and_the_same_page_end(tmp_path):
 
 
 def test_what_is_no_bytes_in_a_database_is_left_out(tmp_path):
-    shown, told = pictures(4), []
-    (path,) = bags.write_rosbag2(tmp_path / "bag", bags.frames(shown)).glob("*.db3")
+    (path,) = bags.write_rosbag2(tmp_path / "bag", bags.frames(pictures(4))).glob("*.db3")
     with closing(sqlite3.connect(path)) as connection:
         connection.execute("UPDATE messages SET data = 'words' WHERE id = 2")
         connection.execute("UPDATE messages SET data = 3.5 WHERE id = 3")
         connection.commit()
-    with Bag(str(path), told.append) as bag:
-        assert [frame.index for frame in bag] == [0, 3]
+    found, told, _ = taken(path)
+    assert [frame.index for frame in found] == [0, 3]
     assert "its data are 'words', not bytes" in told[0]
     assert "its data are 3.5, not bytes" in told[1]
 
@@ -162,7 +162,7 @@ NO_INDEX = {"index_types": IndexType.NONE, "use_statistics": False}
 
 @pytest.mark.parametrize("options", [{}, NO_INDEX], ids=["index", "no index"])
 def test_a_chunk_that_does_not_match_its_checksum_is_left_out(tmp_path, options):
-    shown, told = pictures(9), []
+    shown = pictures(9)
     path = bags.write_mcap(
         tmp_path / "a.mcap", bags.frames(shown), compression=CompressionType.NONE, chunk_size=9000, **options
     )
@@ -170,8 +170,7 @@ def test_a_chunk_that_does_not_match_its_checksum_is_left_out(tmp_path, options)
     data[data.find(shown[4].tobytes()) + 7] ^= 1
     damaged = next(at for at, length in chunks_of(data) if at < data.find(shown[5].tobytes()) < at + length)
     path.write_bytes(data)
-    with Bag(str(path), told.append) as bag:
-        found = list(bag)
+    found, told, bag = taken(path)
     assert [np.flatnonzero([np.array_equal(one.image, each) for each in shown]).tolist() for one in found] == [
         [index] for index in (0, 1, 2, 6, 7, 8)
     ]
@@ -179,30 +178,27 @@ def test_a_chunk_that_does_not_match_its_checksum_is_left_out(tmp_path, options)
     assert f"at byte {damaged}, a chunk is damaged: it does not match its checksum" in told[0]
     data[damaged + 9 + 24 : damaged + 9 + 28] = bytes(4)  # 0: none is given
     path.write_bytes(data)
-    with Bag(str(path)) as bag:
-        assert len(list(bag)) == 9
+    assert len(taken(path)[0]) == 9
 
 
 def test_an_index_or_data_that_do_not_match_their_checksum_are_told(tmp_path):
-    shown, told = pictures(3), []
+    def told_of(path, flipped=None):
+        data = bytearray(path.read_bytes())
+        if flipped is not None:
+            data[flipped] ^= 1
+            path.write_bytes(data)
+        found, told, _ = taken(path)
+        assert len(found) == 3
+        return told
+
+    shown = pictures(3)
     path = bags.write_mcap(tmp_path / "a.mcap", bags.frames(shown))
-    data = bytearray(path.read_bytes())
-    data[-30] ^= 1
-    path.write_bytes(data)
-    with Bag(str(path), told.append) as bag:
-        assert len(list(bag)) == 3
-    assert told == [f"{path}: its index does not match its checksum, so it is read record by record"]
-    told.clear()
+    wanted = f"{path}: its index does not match its checksum, so it is read record by record"
+    assert told_of(path, -30) == [wanted]
     path = bags.write_mcap(tmp_path / "b.mcap", bags.frames(shown), use_chunking=False, enable_data_crcs=True)
-    with Bag(str(path), told.append) as bag:
-        assert len(list(bag)) == 3
-    assert told == []
-    data = bytearray(path.read_bytes())
-    data[data.find(shown[1].tobytes())] ^= 1
-    path.write_bytes(data)
-    with Bag(str(path), told.append) as bag:
-        assert len(list(bag)) == 3
-    assert told == [f"{path}: its data do not match their checksum: some of it is damaged"]
+    assert told_of(path) == []
+    wanted = f"{path}: its data do not match their checksum: some of it is damaged"
+    assert told_of(path, path.read_bytes().find(shown[1].tobytes())) == [wanted]
 
 
 def with_chunk(path, data, size, compression=b"zstd", checksum=0):
@@ -226,7 +222,7 @@ def test_a_chunk_that_is_a_bomb_is_refused(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("says_size", [True, False])
 def test_a_compressed_file_that_is_a_bomb_is_refused(tmp_path, monkeypatch, says_size):
-    monkeypatch.setattr(files, "MOST_BYTES", 1_000_000)
+    monkeypatch.setattr(storage, "MOST_BYTES", 1_000_000)
     data = bytes(20_000_000)
     stream = zstandard.ZstdCompressor().compressobj()
     packed = COMPRESS["zstd"](data) if says_size else stream.compress(data) + stream.flush()
@@ -239,20 +235,18 @@ def test_a_compressed_file_that_is_a_bomb_is_refused(tmp_path, monkeypatch, says
 
 
 def test_a_bag_of_ros_1_whose_chunk_is_a_bomb_is_read_without_it(tmp_path):
-    shown, told = pictures(9), []
-    path = bags.write_rosbag1(tmp_path / "a.bag", bags.frames(shown, store=ROS1), "BZ2", chunk_bytes=9000)
+    path = bags.write_rosbag1(tmp_path / "a.bag", bags.frames(pictures(9), store=ROS1), "BZ2", chunk_bytes=9000)
     data = path.read_bytes()
     at = data.find(b"size=")
     path.write_bytes(data[: at + 5] + struct.pack("<I", 3_000_000_000) + data[at + 9 :])
-    with Bag(str(path), told.append) as bag:
-        found = list(bag)
+    found, told, _ = taken(path)
     assert 0 < len(found) < 9
     assert "a chunk of 3000 MB is larger than the 256 MB that are read" in told[0]
 
 
 def test_an_index_that_names_a_chunk_over_and_over_is_not_believed(tmp_path):
     """Each time all entries of the chunk would be read: the square of the file's size."""
-    shown, told = pictures(9), []
+    shown = pictures(9)
     path = bags.write_rosbag1(tmp_path / "a.bag", bags.frames(shown, store=ROS1), chunk_bytes=9000)
     data = path.read_bytes()
     places = [match.end() for match in re.finditer(b"chunk_pos=", data)]
@@ -260,8 +254,7 @@ def test_an_index_that_names_a_chunk_over_and_over_is_not_believed(tmp_path):
     for at in places:
         data = data[:at] + data[places[0] : places[0] + 8] + data[at + 8 :]
     path.write_bytes(data)
-    with Bag(str(path), told.append) as bag:
-        assert [np.array_equal(frame.image, each) for frame, each in zip(bag, shown, strict=True)] == [True] * 9
+    assert np.array_equal([frame.image for frame in taken(path)[0]], shown)
 
 
 @pytest.mark.parametrize("clock", ["of the camera", "of the recording"])
@@ -275,7 +268,7 @@ def test_where_the_clock_jumps_back_time_goes_on(tmp_path, clock):
         found = list(bag)
         assert bag.at(6).time_s == pytest.approx(0.6)
         assert bag.rate_hz == pytest.approx(10.0)
-    assert all(np.array_equal(frame.image, picture) for frame, picture in zip(found, shown, strict=True))
+    assert np.array_equal([frame.image for frame in found], shown)
     assert [frame.time_s for frame in found] == pytest.approx([0.1 * number for number in range(8)])
     assert [frame.time_unix_s for frame in found] == [None] * 8  # which of the two is right is not known
     assert told[-1].endswith("its clock jumps back by 2.9 s at frame 5; time goes on by the usual interval there")

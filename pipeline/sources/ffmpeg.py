@@ -1,14 +1,16 @@
-"""Files and streams as FFmpeg opens them, what their packets tell of the frames, and MP4 files that break off."""
+"""What FFmpeg gives: files and streams that are open, what their packets tell, MP4 files that break off, and pixels."""
 
 import itertools
 import os
 from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import av
+import cv2
 import numpy as np
 from av.container import InputContainer
 from av.error import FFmpegError
@@ -97,14 +99,10 @@ def _growing(stamps: np.ndarray) -> np.ndarray:
 
 def is_without_clock(container: InputContainer, source: str) -> bool:
     """Whether a file has frames without times, for which FFmpeg makes up a rate where none is given."""
-    return container.format.name in _RAW or (container.format.name == "avi" and _is_avi_without_rate(Path(source)))
-
-
-def _is_avi_without_rate(path: Path) -> bool:
-    """Whether neither the stream's header (strh: scale and rate) nor the file's (avih) tells a rate."""
-    if not path.is_file():
-        return False
-    with path.open("rb") as file:
+    if container.format.name != "avi" or not Path(source).is_file():
+        return container.format.name in _RAW
+    # Of an AVI the stream's header (strh: scale and rate) or the file's (avih) tells the rate.
+    with open(source, "rb") as file:
         head = file.read(4096)
     frame, stream = head.find(b"avih") + 8, head.find(b"vids")
     if frame < 8 or stream < 0 or any(head[frame : frame + 4]):
@@ -120,12 +118,11 @@ def video_in(source: str) -> tuple[InputContainer, bool]:
         container = _opened_cut_short(source)
         if container is None:
             raise SourceError(why_not(source)) from error
-    if not container.streams.video:
+    streams = container.streams.video
+    if not streams or streams[0].codec_context is None:
         container.close()
-        raise SourceError(f"{source}: has no video in it")
-    if container.streams.video[0].codec_context is None:
-        container.close()
-        raise SourceError(f"{source}: is a video whose coding cannot be decoded here; convert it to H.264")
+        uncoded = "is a video whose coding cannot be decoded here; convert it to H.264"
+        raise SourceError(f"{source}: {uncoded if streams else 'has no video in it'}")
     is_mp4 = "mp4" in container.format.name.split(",")
     return container, is_mp4 and Path(source).is_file() and whole_boxes(Path(source))[1]
 
@@ -162,11 +159,9 @@ def why_not(source: str) -> str:
 
 
 def whole_boxes(path: Path) -> tuple[int, bool]:
-    """Where the last whole box of an MP4 ends, or the file where that is within frames; and whether it breaks off.
-
-    An MP4 is a row of boxes, each of which begins with its size and its kind (ISO 14496-12, section 4.2). Frames lie in
-    boxes of the kind "mdat", of which FFmpeg reads what is there.
-    """
+    """Where the last whole box of an MP4 ends, or the file where that is within frames; and whether it breaks off."""
+    # An MP4 is a row of boxes, each of which begins with its size and its kind (ISO 14496-12, section 4.2). Frames lie
+    # in boxes of the kind "mdat", of which FFmpeg reads what is there.
     length, end, last = path.stat().st_size, 0, b""
     with path.open("rb") as file:
         for kind, start, size in _each_box(file):
@@ -196,3 +191,64 @@ def _each_box(file: BinaryIO) -> Iterator[tuple[bytes, int, int]]:
         if size == 0:
             return
         start += size
+
+
+# Formats whose first plane is the brightness, with as many bits as the first component has, from the lowest bit on.
+_LUMA_FIRST = ("yuv4", "yuvj4", "yuva4", "gray", "nv12", "nv16", "nv21", "nv24")
+# EXIF's numbers, by where a display matrix takes the picture's x axis and its y axis (ISO 14496-12, section 8.3.2).
+_ORIENTATIONS = {
+    (1, 0, 0, 1): 1,
+    (-1, 0, 0, 1): 2,
+    (-1, 0, 0, -1): 3,
+    (1, 0, 0, -1): 4,
+    (0, 1, 1, 0): 5,
+    (0, 1, -1, 0): 6,
+    (0, -1, -1, 0): 7,
+    (0, -1, 1, 0): 8,
+}
+_FULL_RANGE, _LIMITED_RANGE = 2, 1  # FFmpeg's AVCOL_RANGE_JPEG and AVCOL_RANGE_MPEG
+
+
+def picture_of(frame: av.VideoFrame, *, grey: bool = False) -> np.ndarray:
+    """Return the picture (H, W) or (H, W, 3) that a frame shows, as the sensor has it; see :func:`orientation_of`."""
+    name = frame.format.name
+    if name.startswith(_LUMA_FIRST) and (grey or name.startswith("gray")):
+        return _luma(frame)
+    is_deep = max(component.bits for component in frame.format.components) > 8 and not name.startswith("pal")
+    if grey and not frame.format.is_rgb:
+        return frame.to_ndarray(format="gray16le" if is_deep else "gray")
+    return frame.to_ndarray(format="bgr48le" if is_deep else "bgr24")
+
+
+def orientation_of(frame: av.VideoFrame) -> int:
+    """How a frame is to be shown, by EXIF's numbers: 1 as it is, 2 to 8 turned or mirrored, 0 askew; not applied."""
+    side_data: Any = frame.side_data  # its types say that names alone are taken
+    for place in range(len(side_data)):
+        side = side_data[place]
+        if side.type.name == "DISPLAYMATRIX":
+            a, b, _, c, d = np.frombuffer(bytes(side), np.int32)[:5] / 65536
+            return _ORIENTATIONS.get((round(a), round(b), round(c), round(d)), 0)
+    return 1
+
+
+def _luma(frame: av.VideoFrame) -> np.ndarray:
+    bits = frame.format.components[0].bits
+    order = ">u2" if frame.format.name.endswith("be") else "<u2"
+    plane = frame.planes[0]
+    rows = np.frombuffer(memoryview(plane), np.uint8 if bits == 8 else order).reshape(frame.height, -1)
+    levels = rows[:, : frame.width]
+    is_grey = frame.format.name.startswith("gray")
+    is_full = frame.color_range == _FULL_RANGE or frame.format.name.startswith("yuvj")
+    if is_full or (is_grey and frame.color_range != _LIMITED_RANGE):
+        return levels.astype(np.uint8 if bits == 8 else np.uint16)
+    stretch = _stretched(bits)
+    return np.asarray(cv2.LUT(levels, stretch)) if bits == 8 else stretch[levels]
+
+
+@lru_cache(maxsize=8)
+def _stretched(bits: int) -> np.ndarray:
+    """Full-scale level of each level of video range, of so many bits."""
+    step = 1 << (bits - 8)
+    levels = (np.arange(1 << bits) - 16 * step) / (219 * step)
+    top = (1 << bits) - 1
+    return np.clip(np.rint(levels * top), 0, top).astype(np.uint8 if bits == 8 else np.uint16)

@@ -9,6 +9,7 @@ from dockpose.app.drawing.numbers import chance, count, level_words, number, per
 from dockpose.app.export.parts import sentences
 from dockpose.camera.calibrate import BoardView, Calibration
 from dockpose.camera.port_fit import FittedPort
+from dockpose.camera.sigma import numbers_of
 from dockpose.thresholds import METHODS
 
 _ADVICE = {
@@ -27,7 +28,7 @@ _WHY = {
 }
 _BY = {"hand": " (by hand)", "tracking": " (tracked)"}
 MEDIA = ("air", "water")
-_USUAL = ("k1", "k2", "p1", "p2", "k3")
+_PIXELS, _USUAL = ("fx", "fy", "cx", "cy"), ("k1", "k2", "p1", "p2", "k3")
 _SURE_SHARE = 0.01  # of the focal length: a larger standard error is said to be large
 
 
@@ -90,14 +91,12 @@ def port_lines(found: FittedPort) -> list[str]:
 
 def numbers_in_words(done: Calibration) -> str:
     """The camera's numbers with their standard errors: "fx 519.70 ± 0.23 px, ..., k1 -0.1801 ± 0.0010"."""
-    camera, parts = done.camera, []
-    for name, sigma in done.sigmas.values.items():
-        if name in ("fx", "fy", "cx", "cy"):
-            parts.append(f"{name} {getattr(camera, name):.2f} ± {sigma:.2f} px")
-        else:
-            order = done.lens.terms if done.lens.fisheye else ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
-            parts.append(f"{name} {camera.distortion[order.index(name)]:.5f} ± {sigma:.5f}")
-    return ", ".join(parts)
+    sigmas, numbers = done.sigmas.values, numbers_of(done.camera, list(done.sigmas.values))
+    named = zip((*_PIXELS, *done.lens.terms), numbers, sigmas.values(), strict=True)
+    return ", ".join(
+        f"{name} {number:.2f} ± {sigma:.2f} px" if name in _PIXELS else f"{name} {number:.5f} ± {sigma:.5f}"
+        for name, number, sigma in named
+    )
 
 
 def outcome(view: BoardView) -> str:

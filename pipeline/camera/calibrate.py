@@ -7,7 +7,7 @@ import numpy as np
 from dockpose.camera.board import Board, Sighting, find_board
 from dockpose.camera.bundle import Sigmas
 from dockpose.camera.camera import Camera
-from dockpose.camera.coverage import Coverage, alike_px, apart_px, coverage_of, outer_corners_px, poses_of
+from dockpose.camera.coverage import Coverage, coverage_of, first_alike, poses_of
 from dockpose.camera.fitting import (
     FEWEST,
     LENSES,
@@ -131,17 +131,14 @@ class Gathering:
 
     def _alike(self, found: Sighting) -> str:
         """Why a board adds nothing to the others; empty where it does, or takes the place of a less sharp one."""
-        limit = alike_px(self.size or (0, 0))
-        columns, rows = np.array(self.board.inner(self.counted_as)) - 1
-        outline = self.board.square_m * np.array([[0, 0], [columns, 0], [columns, rows], [0, rows]])
-        own = outer_corners_px(found, outline)
-        for index, other in enumerate(self.sightings):
-            if apart_px(own, outer_corners_px(other, outline)) < limit:
-                if found.edge_px < _SHARPER * other.edge_px:
-                    self.views[other.name] = BoardView(other.name, None, len(other.picture_px), ALIKE)
-                    del self.sightings[index]
-                    return ""
-                return ALIKE
+        columns, rows = (self.board.square_m * (count - 1) for count in self.board.inner(self.counted_as))
+        index = first_alike(found, self.sightings, (columns, rows), self.size or (0, 0))
+        if index == len(self.sightings):
+            return ""
+        other = self.sightings[index]
+        if not found.edge_px < _SHARPER * other.edge_px:
+            return ALIKE
+        self.drop(other.name, ALIKE)
         return ""
 
     def drop(self, name: str, why: str) -> None:
@@ -218,9 +215,8 @@ def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
             f"all: {TILT}"
         )
     distances_m = np.linalg.norm(fitted.poses[:, 3:], axis=1)
-    names = ["fx", "fy", "cx", "cy", *(f"distortion[{place}]" for place in model.kept)]
     return Calibration(
-        camera=with_errors(fitted.camera, names, known.covariance),
+        camera=with_errors(fitted.camera, model.names, known.covariance),
         error_px=overall,
         views=tuple(kept.views.values()),
         counted_as=kept.counted_as,

@@ -1,5 +1,6 @@
 """Cameras fitted to the corners of boards, by lens models of growing freedom."""
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -7,9 +8,10 @@ from typing import Any
 import cv2
 import numpy as np
 from dockpose.camera.board import Sighting
-from dockpose.camera.bundle import STEP, Shared, Sigmas, adjust, residuals, rms_px, settled_pose, sigmas
+from dockpose.camera.bundle import Sigmas, adjust, errors_px, residuals, rms_px, settled_pose, sigmas
 from dockpose.camera.camera import Camera
 from dockpose.camera.coverage import poses_of
+from dockpose.camera.sigma import numbers_of, with_numbers
 from msgspec.structs import replace
 
 TERMS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
@@ -47,10 +49,9 @@ class Lens:
     fisheye: bool = False  # whether it is OpenCV's fisheye model
 
     @property
-    def kept(self) -> list[int]:
-        """Places of its terms among the camera's coefficients."""
-        order = self.terms if self.fisheye else TERMS
-        return [order.index(term) for term in self.terms]
+    def names(self) -> list[str]:
+        """The numbers that it leaves free, as dockpose.camera.sigma names them; its terms are a camera's first."""
+        return ["fx", "fy", "cx", "cy", *(f"distortion[{index}]" for index in range(len(self.terms)))]
 
 
 _NO_K3 = cv2.CALIB_FIX_K3
@@ -62,7 +63,7 @@ LADDER = (
     Lens("k2", TERMS[:2], 4, _NO_P),
     Lens("tangential", TERMS[:4], 4, _NO_K3),
     Lens("k3", TERMS[:5], 5),
-    Lens("fisheye", ("k1", "k2", "k3", "k4"), 4, fisheye=True),
+    Lens("fisheye", ("k1", "k2", "k3", "k4"), 4, _FISHEYE_FLAGS, fisheye=True),
     Lens("rational", TERMS, 8, cv2.CALIB_RATIONAL_MODEL),
 )
 LENSES = {lens.name: lens for lens in LADDER}
@@ -80,60 +81,35 @@ class Fitted:
 
 
 def fit(sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens) -> Fitted:
-    """Fit a camera of one lens model to pictures of that size (Zhang 2000, as implemented in OpenCV)."""
-    if lens.fisheye:
-        return _fit_fisheye(sightings, size, lens)
-    try:
-        board, picture = _points(sightings)
-        _, K, distortion, turns, shifts = cv2.calibrateCamera(
-            board, picture, size, np.eye(3), np.zeros(5), flags=lens.flags
-        )
-    except cv2.error as error:
-        raise CalibrationError(UNDETERMINED) from error
-    return _checked(sightings, size, lens, K, np.ravel(distortion)[: lens.length], _poses(turns, shifts))
-
-
-def _fit_fisheye(sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens) -> Fitted:
-    """The better of two fits: from the best perspective lens, and OpenCV's own from a view of 180 degrees."""
+    """Fit a camera of one lens model to pictures of that size; of a fisheye lens the best of three fits."""
+    if not lens.fisheye:
+        return _by_opencv(sightings, size, lens)
     fits = []
-    try:
+    with contextlib.suppress(CalibrationError, np.linalg.LinAlgError):  # from the best perspective lens
         seen = min((fit(sightings, size, LENSES[name]) for name in ("k2", "k3")), key=lambda each: each.errors_px.max())
         k1, k2 = (*seen.camera.distortion, 0.0, 0.0)[:2]
         start = (_PINHOLE_AS_FISHEYE[0] + k1, _PINHOLE_AS_FISHEYE[1] + k1 + k2, 0.0, 0.0)
         bent = [replace(seen.camera, distortion=each, fisheye=True) for each in (start, (0.0,) * 4)]
         fits += [adjust_camera(sightings, Fitted(camera, lens, seen.poses, seen.errors_px)) for camera in bent]
-    except (CalibrationError, np.linalg.LinAlgError):
-        pass
-    focal = max(size) / np.pi
-    K = np.array([[focal, 0, (size[0] - 1) / 2], [0, focal, (size[1] - 1) / 2], [0, 0, 1]])
-    board, picture = ([each[None].astype(float) for each in kind] for kind in _points(sightings))
-    try:
-        _, K, distortion, turns, shifts = cv2.fisheye.calibrate(
-            board, picture, size, K, np.zeros(4), flags=_FISHEYE_FLAGS
-        )
-        fits.append(_checked(sightings, size, lens, K, np.ravel(distortion)[:4], _poses(turns, shifts)))
-    except (cv2.error, CalibrationError):
-        pass
+    with contextlib.suppress(CalibrationError):
+        fits.append(_by_opencv(sightings, size, lens))
     if not fits:
         raise CalibrationError(UNDETERMINED)
     return min(fits, key=lambda each: rms_px(each.errors_px[:, None]))
 
 
-def _points(sightings: Sequence[Sighting]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Corners on the boards and in the pictures, as OpenCV takes them."""
-    return [each.board_m.astype(np.float32) for each in sightings], [
-        each.picture_px.astype(np.float32) for each in sightings
-    ]
-
-
-def _poses(turns: Sequence[np.ndarray], shifts: Sequence[np.ndarray]) -> np.ndarray:
-    return np.array([np.r_[np.ravel(turn), np.ravel(shift)] for turn, shift in zip(turns, shifts, strict=True)])
-
-
-def _checked(
-    sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens, K: np.ndarray, bent: np.ndarray, poses: np.ndarray
-) -> Fitted:
-    """The fit with these numbers. Raises CalibrationError where they are no camera's."""
+def _by_opencv(sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens) -> Fitted:
+    """OpenCV's fit (Zhang 2000), of a fisheye lens from a view of 180 degrees; CalibrationError where it is none."""
+    calibrate: Any = cv2.fisheye.calibrate if lens.fisheye else cv2.calibrateCamera
+    kind, focal = np.float64 if lens.fisheye else np.float32, max(size) / np.pi
+    start = np.array([[focal, 0, (size[0] - 1) / 2], [0, focal, (size[1] - 1) / 2], [0, 0, 1]])
+    boards, pictures = zip(*((each.board_m, each.picture_px) for each in sightings), strict=True)
+    corners = ([each[None].astype(kind) for each in seen] for seen in (boards, pictures))
+    try:
+        _, K, bent, *poses = calibrate(*corners, size, start, np.zeros(4 if lens.fisheye else 5), flags=lens.flags)
+    except cv2.error as error:
+        raise CalibrationError(UNDETERMINED) from error
+    bent = np.ravel(bent)[: lens.length]
     if not np.isfinite(K).all() or not np.isfinite(bent).all() or min(K[0, 0], K[1, 1]) < _SHORTEST * max(size):
         raise CalibrationError(f"the pictures lead to no focal length: {TILT}")
     numbers = (float(K[0, 0]), float(K[1, 1]), float(K[0, 2]), float(K[1, 2]))
@@ -141,40 +117,21 @@ def _checked(
         camera = Camera(*numbers, *size, distortion=tuple(bent.tolist()), fisheye=lens.fisheye)
     except ValueError as error:  # numbers that no camera has
         raise CalibrationError(UNDETERMINED) from error
-    return Fitted(camera, lens, poses, _errors_px(camera, sightings, poses))
-
-
-def _errors_px(camera: Camera, sightings: Sequence[Sighting], poses: np.ndarray) -> np.ndarray:
-    errors = [rms_px(residuals(camera, sighting, pose)) for sighting, pose in zip(sightings, poses, strict=True)]
-    return np.nan_to_num(np.array(errors), nan=np.inf)
-
-
-def intrinsics_of(camera: Camera, lens: Lens) -> Shared:
-    """The intrinsics of a camera that its lens model leaves free: fx, fy, cx, cy and coefficients."""
-    kept = lens.kept
-
-    def camera_of(each: np.ndarray) -> Camera:
-        distortion = np.zeros(lens.length)
-        distortion[kept] = each[4:]
-        fx, fy, cx, cy = each[:4].tolist()
-        return replace(camera, fx=fx, fy=fy, cx=cx, cy=cy, distortion=tuple(distortion.tolist()))
-
-    numbers = np.array([camera.fx, camera.fy, camera.cx, camera.cy, *(camera.distortion[i] for i in kept)])
-    steps = np.r_[np.full(4, STEP * camera.fx), np.full(len(kept), STEP)]
-    return Shared(("fx", "fy", "cx", "cy", *lens.terms), numbers, steps, camera_of)
+    turns_and_shifts = np.hstack([np.reshape(each, (-1, 3)) for each in poses])
+    return Fitted(camera, lens, turns_and_shifts, errors_px(camera, sightings, turns_and_shifts))
 
 
 def adjust_camera(sightings: Sequence[Sighting], start: Fitted) -> Fitted:
     """Adjust the intrinsics and all poses of a fit until the reprojection error is least."""
-    shared = intrinsics_of(start.camera, start.lens)
-    numbers, poses = adjust(sightings, start.poses, shared)
-    camera = shared.camera_of(numbers)
-    return Fitted(camera, start.lens, poses, _errors_px(camera, sightings, poses))
+    numbers, poses = adjust(sightings, start.poses, start.camera, start.lens.names)
+    camera = with_numbers(start.camera, start.lens.names, numbers)
+    return Fitted(camera, start.lens, poses, errors_px(camera, sightings, poses))
 
 
 def sigmas_of(fitted: Fitted, sightings: Sequence[Sighting]) -> Sigmas:
     """Standard errors of the intrinsics of a fitted camera, see :func:`sigmas`."""
-    return sigmas(sightings, fitted.poses, intrinsics_of(fitted.camera, fitted.lens))
+    camera, names = fitted.camera, fitted.lens.names
+    return sigmas(sightings, fitted.poses, camera, names, numbers_of(camera, names))
 
 
 @dataclass(frozen=True)

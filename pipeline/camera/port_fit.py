@@ -6,15 +6,15 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from dockpose.camera.board import Sighting
-from dockpose.camera.bundle import Shared, Sigmas, adjust, residuals, rms_px, settled_pose, sigmas
+from dockpose.camera.bundle import PORT_STEP_M, Sigmas, adjust, errors_px, settled_pose, sigmas
 from dockpose.camera.camera import Camera
 from dockpose.camera.fitting import CalibrationError
 from dockpose.camera.port import FlatPort
-from dockpose.camera.sigma import with_port_errors
+from dockpose.camera.sigma import with_numbers, with_port_errors
 from msgspec.structs import replace
 
 LIKELY_PORT = FlatPort(air_gap_m=0.020, glass_m=0.010)
-_STEP_M = 1e-5
+_LENGTHS = ("air_gap_m", "glass_m")  # that are fitted
 _TOLD_M = 0.002  # standard error of the glass, above which its thickness is not known
 _UNTOLD_M = 0.010  # of the air gap, above which the pictures tell nothing
 _WORST_SHARE = 0.003  # of the picture's longer side: a larger error is no port's
@@ -25,7 +25,7 @@ class FittedPort:
     """A port that was fitted."""
 
     camera: Camera  # the camera with its port
-    sigmas: Sigmas  # standard errors in metres: ``air_gap`` and, where it was fitted, ``glass``
+    sigmas: Sigmas  # standard errors in metres: of the air gap and, where it was fitted, the glass
     glass_sigma_m: float  # standard error of the glass's thickness when it is fitted too
     gap_per_glass: float  # by how much the air gap grows with the thickness that is assumed for the glass
     errors_px: np.ndarray  # (N,): root mean square reprojection error of each board
@@ -35,7 +35,7 @@ class FittedPort:
     @property
     def glass_is_told(self) -> bool:
         """Whether the pictures tell the glass's thickness."""
-        return "glass" in self.sigmas.values
+        return "glass_m" in self.sigmas.values
 
 
 def fit_port(sightings: Sequence[Sighting], camera: Camera) -> FittedPort:
@@ -46,53 +46,37 @@ def fit_port(sightings: Sequence[Sighting], camera: Camera) -> FittedPort:
     bare = replace(camera, port=replace(known, air_gap_m=0.0, glass_m=0.0))
     start = replace(camera, port=known)
     poses = np.array([_pose(each, start, known.water_index) for each in sightings])
-    glass_sigma, slope = _glass(sightings, poses, camera, known)
-    shared = _shared(camera, known, ("air_gap", "glass") if glass_sigma < _TOLD_M else ("air_gap",))
-    numbers, poses = adjust(sightings, poses, shared)
-    found = sigmas(sightings, poses, Shared(shared.names, numbers, shared.steps, shared.camera_of))
-    if not found.values["air_gap"] < _UNTOLD_M:
+    glass_sigma, slope = _glass(sightings, poses, start)
+    names = _LENGTHS if glass_sigma < _TOLD_M else _LENGTHS[:1]
+    numbers, poses = adjust(sightings, poses, start, names)
+    found = sigmas(sightings, poses, start, names, numbers)
+    if not found.values["air_gap_m"] < _UNTOLD_M:
         raise CalibrationError(
-            f"the pictures cannot determine the port's air gap (to {1000 * found.values['air_gap']:.0f} mm at best); "
+            f"the pictures cannot determine the port's air gap (to {1000 * found.values['air_gap_m']:.0f} mm at best); "
             "take more, with the board near the window and reaching into the picture's corners"
         )
-    with_port = shared.camera_of(numbers)
-    errors = np.array([rms_px(residuals(with_port, each, pose)) for each, pose in zip(sightings, poses, strict=True)])
+    with_port = with_numbers(start, names, numbers)
+    errors = errors_px(with_port, sightings, poses)
     if not np.sqrt((errors**2).mean()) < _WORST_SHARE * max(camera.width, camera.height):
         raise CalibrationError(
             f"no flat port explains the boards (error {np.sqrt((errors**2).mean()):.1f} px); is the window at right "
             "angles to the camera, and was the camera calibrated in air?"
         )
-    pinhole = [
-        residuals(bare, each, settled_pose(bare, each, pose)) for each, pose in zip(sightings, poses, strict=True)
-    ]
+    pinhole = np.array([settled_pose(bare, each, pose) for each, pose in zip(sightings, poses, strict=True)])
+    without = float(np.sqrt((errors_px(bare, sightings, pinhole) ** 2).mean()))
     away = np.linalg.norm(poses[:, 3:], axis=1)
-    without = float(np.sqrt(np.mean([rms_px(off) ** 2 for off in pinhole])))
-    with_port = with_port_errors(with_port, [f"{name}_m" for name in shared.names], found.covariance)
+    with_port = with_port_errors(with_port, names, found.covariance)
     return FittedPort(with_port, found, glass_sigma, slope, errors, without, (float(away.min()), float(away.max())))
 
 
-def _shared(camera: Camera, port: FlatPort, names: tuple[str, ...]) -> Shared:
-    """The port's lengths that are fitted, from those of a port on."""
-    start = np.array([port.air_gap_m, port.glass_m][: len(names)])
-
-    def camera_of(each: np.ndarray) -> Camera:
-        lengths = np.maximum(each, 0.0).tolist()  # a step may lead below
-        glass_m = lengths[1] if len(lengths) > 1 else port.glass_m
-        return replace(camera, port=replace(port, air_gap_m=lengths[0], glass_m=glass_m))
-
-    return Shared(names, start, np.full(len(names), _STEP_M), camera_of)
-
-
-def _glass(sightings: Sequence[Sighting], poses: np.ndarray, camera: Camera, port: FlatPort) -> tuple[float, float]:
+def _glass(sightings: Sequence[Sighting], poses: np.ndarray, camera: Camera) -> tuple[float, float]:
     """Standard error of the glass, fitted with the gap; and how the gap grows with it, from two fits of the gap."""
-    both = _shared(camera, port, ("air_gap", "glass"))
-    numbers, settled = adjust(sightings, poses, both)
-    fitted = Shared(both.names, np.maximum(numbers, 2 * _STEP_M), both.steps, both.camera_of)
-    sigma = sigmas(sightings, settled, fitted).values["glass"]
+    numbers, settled = adjust(sightings, poses, camera, _LENGTHS)
+    sigma = sigmas(sightings, settled, camera, _LENGTHS, np.maximum(numbers, 2 * PORT_STEP_M)).values["glass_m"]
     gaps = []
     for glass_m in (0.005, 0.015):
-        alone = _shared(camera, replace(port, glass_m=glass_m), ("air_gap",))
-        gaps.append(float(adjust(sightings, poses, alone)[0][0]))
+        alone = with_numbers(camera, _LENGTHS[1:], np.array([glass_m]))
+        gaps.append(float(adjust(sightings, poses, alone, _LENGTHS[:1])[0][0]))
     return sigma, (gaps[1] - gaps[0]) / 0.010
 
 

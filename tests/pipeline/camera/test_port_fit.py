@@ -12,7 +12,7 @@ from tests.support.boards import TRUE, sightings
 def test_the_air_gap_is_found_within_its_error(gap_m):
     true = replace(TRUE, port=FlatPort(gap_m, 0.010))
     found = fit_port(sightings(true, 0, count=6), TRUE)
-    port, sigma = found.camera.port, found.sigmas.values["air_gap"]
+    port, sigma = found.camera.port, found.sigmas.values["air_gap_m"]
     assert port is not None
     assert abs(port.air_gap_m - gap_m) < 3 * sigma
     assert sigma < 1e-3
@@ -32,7 +32,7 @@ def test_glass_cannot_be_told_from_the_gap_and_is_left_as_given():
     # On the axis glass acts as a gap of the opposite sign, (1 - n_w / n_g) / (n_w - 1) of its thickness: 0.36.
     assert 0 < found.gap_per_glass < 0.36
     gap_m = 0.03 + found.gap_per_glass * (0.004 - 0.010)
-    assert found.camera.port.air_gap_m == pytest.approx(gap_m, abs=3 * found.sigmas.values["air_gap"])
+    assert found.camera.port.air_gap_m == pytest.approx(gap_m, abs=3 * found.sigmas.values["air_gap_m"])
 
 
 def test_far_boards_do_not_tell_the_gap():

@@ -139,7 +139,7 @@ def with_port_errors(camera: Camera, names: Sequence[str], covariance: np.ndarra
 
 
 def transformed(camera: Any, becomes: dict[str, tuple[str, float]]) -> dict[str, Any]:
-    """Sigma and covariance of a camera where each number becomes another, times a factor, as in a picture that is turned."""
+    """Sigma and covariance of a camera whose numbers become others, times a factor, as in a picture that is turned."""
     known, errors = _known(camera)
     becoming = [becomes.get(name, (name, 1.0)) for name in known]
     factors = [factor for _, factor in becoming]

@@ -13,8 +13,8 @@ from dockpose.app.experiment import Row, SessionRecord
 from dockpose.app.export.parts import sentences
 from dockpose.camera.sigma import CameraSigma, errors_of
 from dockpose.pose.circle import angles_of, rotation_from_angles
-from dockpose.pose.shared import diameter_share
 from dockpose.pose.tape import TAPE_M, Place, TapeFit, fit_tape
+from dockpose.pose.uncertainty import diameter_share
 from scipy.spatial.transform import Rotation
 
 _AXES = ("x", "y", "z")

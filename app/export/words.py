@@ -8,7 +8,7 @@ from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import chance, count, level_words, number, percent, sigma_words, status_words
 from dockpose.app.export.parts import sentences
 from dockpose.camera.calibrate import BoardView, Calibration
-from dockpose.camera.port_fit import FittedPort
+from dockpose.camera.fitting import FittedPort
 from dockpose.camera.sigma import numbers_of
 from dockpose.thresholds import METHODS
 

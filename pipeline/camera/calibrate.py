@@ -14,6 +14,7 @@ from dockpose.camera.fitting import (
     TERMS,
     TILT,
     UNDETERMINED,
+    WORST_SHARE,
     CalibrationError,
     Fitted,
     Lens,
@@ -33,7 +34,6 @@ FEWEST_PICTURES = 3
 # A picture whose error exceeds both this multiple of the median error and this many pixels is an outlier.
 _OUTLIER, _OUTLIER_PX = 3.0, 0.5
 _UNEVEN = 1.5  # or, relative to the median error, by chance alone: with a larger one a picture counts less
-_WORST_SHARE = 0.003  # of the picture's longer side (2 px of 640); a fit with a larger error is rejected
 _UNSURE = 0.1  # of the focal length: with a larger standard error it is not known
 _SHARPER = 0.8  # width of the edges, relative to those of a like picture, that makes a picture take its place
 NO_BOARD, UNREADABLE, ALIKE = "no board was found in it", "it cannot be read as a picture", "it is like another"
@@ -198,7 +198,7 @@ def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
         kept.views[sighting.name] = BoardView(sighting.name, error, len(sighting.picture_px))
     corners = np.array([len(sighting.picture_px) for sighting in kept.sightings])
     overall = float(np.sqrt((corners * fitted.errors_px**2).sum() / corners.sum()))
-    if not overall <= _WORST_SHARE * max(size):
+    if not overall <= WORST_SHARE * max(size):
         board = kept.board
         raise CalibrationError(
             f"no camera fits the corners (error {overall:.1f} px); is the board {board.columns} x {board.rows}, "

@@ -8,10 +8,9 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.compiled import compiled
 from dockpose.dock import Dock
-from dockpose.pose.circle import CirclePose, PoseErrors, angles_of
+from dockpose.pose.circle import CirclePose, angles_of
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at
-from dockpose.pose.shared import SharedErrors
-from dockpose.pose.uncertainty import deviations, log_odds, nearer, noise_px
+from dockpose.pose.uncertainty import PoseErrors, SharedErrors, deviations, log_odds, nearer, noise_px
 
 DECIDED = 0.95  # the choice counts as decided from this probability on
 SAME_RAD = math.radians(0.2)  # poses whose normals differ by less than this are the same

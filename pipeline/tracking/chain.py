@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.pose.circle import CirclePose, PoseErrors
-from dockpose.pose.shared import SharedErrors
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.uncertainty import PoseErrors, SharedErrors
 from dockpose.settings import Settings
 
 # How the vehicle moved: travel (3,) in metres in the camera's old frame, and the rotation (3, 3) whose columns are the

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from dockpose import Camera
 from dockpose.camera.board import find_board
-from dockpose.camera.fitting import LENSES, climb, fit, sigmas_of
+from dockpose.camera.fitting import LENSES, climb, fit, fit_port, sigmas_of
 from dockpose.camera.port import FlatPort
-from dockpose.camera.port_fit import fit_port
 from dockpose.pose.learned.learning import LearningError, learn_dock
 from msgspec.structs import replace
 

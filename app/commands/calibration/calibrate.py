@@ -17,9 +17,8 @@ from dockpose.camera.board import Board
 from dockpose.camera.calibrate import LENS_CHOICES, UNREADABLE, BoardView, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage
 from dockpose.camera.files import FORMATS, load_camera, save_camera
-from dockpose.camera.fitting import CalibrationError
+from dockpose.camera.fitting import CalibrationError, fit_port
 from dockpose.camera.image import orientation_sentence, to_grey, to_levels
-from dockpose.camera.port_fit import fit_port
 from dockpose.sources import Kind, kind_of, open_frames
 from dockpose.sources.pictures import read_tagged
 

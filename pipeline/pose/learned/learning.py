@@ -9,17 +9,7 @@ import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.pose.learned.views import (
-    FEWEST_LIGHTS,
-    DockView,
-    Placed,
-    aligned,
-    derivatives,
-    is_same,
-    place_view,
-    residuals_px,
-    tells_roll,
-)
+from dockpose.pose.learned.views import FEWEST_LIGHTS, DockView, Placed, aligned, is_same, place_view, tells_roll
 from dockpose.pose.refine import light_rays
 from scipy.special import chdtrc
 
@@ -146,7 +136,7 @@ class Bundle:
 
     def _residuals(self) -> list[np.ndarray]:
         points = self._dock.light_points() + self.offsets_m
-        return [residuals_px(each.rays, each.rotation, each.position_m, points[each.lights]) for each in self.placed]
+        return [each.residuals_px(points) for each in self.placed]
 
     def solve(self) -> None:
         """Gauss-Newton steps with weights that fall for outliers, until the lights have settled."""
@@ -159,15 +149,18 @@ class Bundle:
         points, count = self._dock.light_points() + self.offsets_m, len(self.offsets_m)
         size = self.basis.shape[1] + self.fit_focal
         left, right, kept, gradients = np.zeros((size, size)), np.zeros(size), [], []
+        longer = with_focal(self.camera, self.focal * (1 + _FOCAL_STEP))
         for each in self.placed:
-            r, P, L = derivatives(each, points[each.lights])
+            r, (P, L) = each.residuals_px(points), each.derivatives(points)
             J = np.zeros((len(r), size))
             own = np.zeros((len(r), 3 * count))
             for row, light in enumerate(each.lights.tolist()):
                 own[2 * row : 2 * row + 2, 3 * light : 3 * light + 3] = L[row]
             J[:, : self.basis.shape[1]] = own @ self.basis
             if self.fit_focal:
-                J[:, -1] = self._by_focal(each, points[each.lights])
+                rays = light_rays(each.points_px, longer, float(each.position_m[2]))
+                after = replace(each, rays=rays._replace(slopes_px=each.rays.slopes_px)).residuals_px(points)
+                J[:, -1] = (after - r) / _FOCAL_STEP
             lengths = np.repeat(np.hypot(r[::2], r[1::2]), 2) / (_OUTLIER * max(self.noise_px, 1e-9))
             root = np.sqrt(1 / np.maximum(1.0, lengths))
             r, P, J = r * root, P * root[:, None], J * root[:, None]
@@ -180,14 +173,16 @@ class Bundle:
         values, vectors = np.linalg.eigh(left)
         inverse = (vectors / np.maximum(values, 1e-9 * values[-1])) @ vectors.T
         step = -inverse @ right
+        if self.fit_focal:
+            self.focal *= 1 + max(-0.1, min(0.1, float(step[-1])))
+        camera = with_focal(self.camera, self.focal)
         for index, (each, solved) in enumerate(zip(self.placed, kept, strict=True)):
             move = -(solved[:, -1] + solved[:, :-1] @ step)
-            turn = cv2.Rodrigues(move[3:])[0]
-            self.placed[index] = replace(each, position_m=each.position_m + move[:3], rotation=each.rotation @ turn)
+            position, turn = each.position_m + move[:3], cv2.Rodrigues(move[3:])[0]
+            rays = light_rays(each.points_px, camera, float(position[2])) if self.fit_focal else each.rays
+            self.placed[index] = replace(each, rays=rays, position_m=position, rotation=each.rotation @ turn)
         change = (self.basis @ step[: self.basis.shape[1]]).reshape(-1, 3)
         self.offsets_m = self.offsets_m + change
-        if self.fit_focal:
-            self._refocus(float(step[-1]))
         residuals = self._residuals()
         self.noise_px = _scatter(residuals, 6 * len(self.placed) + size)
         U = np.array(gradients)
@@ -197,20 +192,6 @@ class Bundle:
         larger = np.sqrt(np.maximum(1.0, np.diag(scatter) / np.diag(own)))
         self.covariance = own * np.outer(larger, larger)
         return float(np.abs(change).max())
-
-    def _by_focal(self, each: Placed, points_m: np.ndarray) -> np.ndarray:
-        """Derivative of the residuals by the logarithm of the focal length."""
-        camera = with_focal(self.camera, self.focal * (1 + _FOCAL_STEP))
-        rays = light_rays(each.points_px, camera, float(each.position_m[2]))
-        after = residuals_px(rays._replace(slopes_px=each.rays.slopes_px), each.rotation, each.position_m, points_m)
-        return (after - residuals_px(each.rays, each.rotation, each.position_m, points_m)) / _FOCAL_STEP
-
-    def _refocus(self, step: float) -> None:
-        self.focal *= 1 + max(-0.1, min(0.1, step))
-        camera = with_focal(self.camera, self.focal)
-        for index, each in enumerate(self.placed):
-            rays = light_rays(each.points_px, camera, float(each.position_m[2]))
-            self.placed[index] = replace(each, rays=rays)
 
     def renumber(self, views: Sequence[DockView]) -> bool:
         """Choose each view's pose and numbering anew, by the offsets found; whether any changed."""
@@ -223,8 +204,7 @@ class Bundle:
             if np.array_equal(after.lights, before.lights) and is_same(after.rotation, before.rotation):
                 continue
             points = dock.light_points()
-            old = residuals_px(before.rays, before.rotation, before.position_m, points[before.lights])
-            new = residuals_px(after.rays, after.rotation, after.position_m, points[after.lights])
+            old, new = before.residuals_px(points), after.residuals_px(points)
             followed = before.follows or any(each.follows for each in self.placed[index + 1 : index + 2])
             margin = _CLEARLY * self.noise_px**2 if followed else 0.0
             if (new**2).sum() < (old**2).sum() - margin:

@@ -13,6 +13,7 @@ from dockpose.dock import Dock
 from dockpose.pose.choice import Placement, place, refine_with_offsets
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, on_planes, refine
+from dockpose.pose.uncertainty import cross
 
 FEWEST_LIGHTS = 5  # in a view; fewer leave too little beside its pose
 # Of the numbering of many views.
@@ -48,6 +49,24 @@ class Placed:
         """The same view with its lights numbered from another one on."""
         angle = -turns * 2 * math.pi / count
         return replace(self, rotation=self.rotation @ about_z(angle), lights=(self.lights + turns) % count)
+
+    def residuals_px(self, points_m: np.ndarray) -> np.ndarray:
+        """Pixels (2 N,) between lights seen and the dock's lights at points (lights, 3)."""
+        seen = points_m[self.lights] @ self.rotation.T + self.position_m
+        off = seen[:, :2] / seen[:, 2:] - self.rays.tangents * (1 - self.rays.starts_m / seen[:, 2])[:, None]
+        return np.einsum("nij,nj->ni", np.broadcast_to(self.rays.slopes_px, (len(off), 2, 2)), off).ravel()
+
+    def derivatives(self, points_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Those of the residuals by the pose (2 N, 6) and by each light's own place (N, 2, 3)."""
+        seen = points_m[self.lights] @ self.rotation.T + self.position_m
+        z = seen[:, 2]
+        by_seen = np.zeros((len(seen), 2, 3))
+        by_seen[:, 0, 0] = by_seen[:, 1, 1] = 1 / z
+        by_seen[:, :, 2] = -seen[:, :2] / z[:, None] ** 2 - self.rays.tangents * (self.rays.starts_m / z**2)[:, None]
+        by_point = np.broadcast_to(self.rays.slopes_px, (len(seen), 2, 2)) @ by_seen @ self.rotation
+        # A turn w about the dock's axes moves a point p by w x p.
+        by_pose = np.concatenate([by_point @ self.rotation.T, -by_point @ cross(points_m[self.lights])], axis=2)
+        return by_pose.reshape(-1, 6), by_point
 
 
 def place_view(view: DockView, camera: Camera, dock: Dock) -> Placed | None:
@@ -88,30 +107,6 @@ def _fitted(view: DockView, camera: Camera, dock: Dock) -> tuple[LightRays, Plac
 def about_z(angle: float) -> np.ndarray:
     """Rotation (3, 3) by an angle in radians about the third axis."""
     return cv2.Rodrigues(np.array([0.0, 0.0, angle]))[0]
-
-
-def residuals_px(rays: LightRays, rotation: np.ndarray, position_m: np.ndarray, points_m: np.ndarray) -> np.ndarray:
-    """Pixels (2 N,) between lights seen and lights at points (N, 3) of the dock."""
-    seen = points_m @ rotation.T + position_m
-    off = seen[:, :2] / seen[:, 2:] - rays.tangents * (1 - rays.starts_m / seen[:, 2])[:, None]
-    return np.einsum("nij,nj->ni", np.broadcast_to(rays.slopes_px, (len(off), 2, 2)), off).ravel()
-
-
-def derivatives(each: Placed, points_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Residuals (2 N,), and their derivatives by the pose (2 N, 6) and by each light's own place (N, 2, 3)."""
-    seen = points_m @ each.rotation.T + each.position_m
-    z = seen[:, 2]
-    by_seen = np.zeros((len(seen), 2, 3))
-    by_seen[:, 0, 0] = by_seen[:, 1, 1] = 1 / z
-    by_seen[:, :, 2] = -seen[:, :2] / z[:, None] ** 2 - each.rays.tangents * (each.rays.starts_m / z**2)[:, None]
-    by_seen = np.broadcast_to(each.rays.slopes_px, (len(seen), 2, 2)) @ by_seen
-    by_point = by_seen @ each.rotation
-    x, y, h = points_m.T
-    zero = np.zeros_like(x)
-    # A turn w about the dock's axes moves a point p by w x p.
-    cross = np.array([[zero, h, -y], [-h, zero, x], [y, -x, zero]]).transpose(2, 0, 1)
-    by_pose = np.concatenate([by_seen, by_point @ cross], axis=2).reshape(-1, 6)
-    return residuals_px(each.rays, each.rotation, each.position_m, points_m), by_pose, by_point
 
 
 def is_same(one: np.ndarray, other: np.ndarray) -> bool:

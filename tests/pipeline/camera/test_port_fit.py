@@ -1,7 +1,6 @@
 import pytest
-from dockpose.camera.fitting import CalibrationError
+from dockpose.camera.fitting import CalibrationError, fit_port
 from dockpose.camera.port import FlatPort
-from dockpose.camera.port_fit import fit_port
 from msgspec.structs import replace
 
 from tests.support.boards import TRUE, sightings

@@ -184,7 +184,11 @@ def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
     """Calibrate a camera from gathered boards, by their residuals: outliers are dropped one at a time."""
     kept = replace(gathering, distinct=False, sightings=list(gathering.sightings), views=dict(gathering.views))
     if len(kept.sightings) < FEWEST_PICTURES or kept.size is None:
-        raise CalibrationError(_too_few(kept))
+        count = "" if kept.sightings else ". Count its squares, those at the rim too, and show all of it"
+        raise CalibrationError(
+            f"a board of {kept.board.columns} x {kept.board.rows} squares was found in {len(kept.sightings)} of "
+            f"{len(kept.views)} pictures; {FEWEST_PICTURES} are needed, better {2 * FEWEST} to 20{count}"
+        )
     size, rungs = kept.size, ()
     _check_poses(kept, size)
     model = LENSES["k2" if lens == "auto" else lens]
@@ -226,15 +230,6 @@ def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
         coverage=coverage_of(kept.sightings, size, fitted.camera.fx),
         used=tuple(kept.sightings),
         distances_m=(float(distances_m.min()), float(distances_m.max())),
-    )
-
-
-def _too_few(gathering: Gathering) -> str:
-    count = "" if gathering.sightings else ". Count its squares, those at the rim too, and show all of it"
-    return (
-        f"a board of {gathering.board.columns} x {gathering.board.rows} squares was found in "
-        f"{len(gathering.sightings)} of {len(gathering.views)} pictures; "
-        f"{FEWEST_PICTURES} are needed, better {2 * FEWEST} to 20{count}"
     )
 
 

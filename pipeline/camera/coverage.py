@@ -31,7 +31,8 @@ class Coverage:
     def wanted(self) -> tuple[str, ...]:
         """What is missing, in words, as "the board in the lower left"; empty where the pictures are enough."""
         empty = [_PLACES[row][column] for row, column in np.argwhere(self.cells < _SEEN_TWICE)]
-        wanted = [f"the board in the {_in_words(empty)} of the picture"] if empty else []
+        named = " and the ".join(filter(None, [", the ".join(empty[:-1]), *empty[-1:]]))
+        wanted = [f"the board in the {named} of the picture"] if empty else []
         for axis, ways in enumerate((("left", "right"), ("top", "bottom"))):
             for sign, way in zip((-1, 1), ways, strict=True):
                 tilted = sign * self.tilts_deg[:, axis] > _TILTED_DEG if self.pictures else np.zeros(0)
@@ -52,10 +53,6 @@ class Coverage:
     def share(self) -> float:
         """Share (0 to 1) of the parts of the picture that boards have reached twice."""
         return float((self.cells >= _SEEN_TWICE).mean())
-
-
-def _in_words(places: Sequence[str]) -> str:
-    return " and the ".join([", the ".join(places[:-1]), places[-1]]) if len(places) > 1 else places[0]
 
 
 def coverage_of(sightings: Sequence[Sighting], size: tuple[int, int], focal_px: float | None = None) -> Coverage:

@@ -84,7 +84,8 @@ def choose_by_spacing(
     if dock.offsets_m:
         fit, placement = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
     fit = _apart(fit, R, t, placement, dock, rays)
-    squares = _judged(fit.squares_px2.tolist(), placement.fits)
+    squares, fits = fit.squares_px2, np.array(placement.fits)  # by those that do not fit, a pose has no chance
+    squares = np.where(fits, squares, np.maximum(squares, _NO_CHANCE * (squares[fits].min() + 1.0))).tolist()
     first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], fit.numbers)))
     by = "colours" if labels is not None and dock.colours and any(labels) else "spacing"
     return choice_of(fit, [first, 1 - first], placement, by, camera, dock, rays)
@@ -102,15 +103,6 @@ def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, dock: D
     offsets = offsets_of(dock, placement.lights[back], placement.rolls_rad[back]) if dock.offsets_m else None
     squares[back] = squares_at(R[back], t[back], placement.angles_rad[back], dock.radius, rays, offsets)
     return Fit(rotations, positions, squares, fit.covariances, fit.numbers, fit.points)
-
-
-def _judged(squares_px2: list[float], fits: list[bool]) -> list[float]:
-    """The squares by which candidates are judged: one on whose ring the points match no lights has no chance."""
-    best = min(squares for squares, ok in zip(squares_px2, fits, strict=True) if ok)
-    return [
-        squares if ok else max(squares, _NO_CHANCE * (best + 1.0))
-        for squares, ok in zip(squares_px2, fits, strict=True)
-    ]
 
 
 def choice_of(

@@ -98,7 +98,8 @@ class Methods(Mapping[str, Method]):
         with self._lock:
             for known, entry in self._entries.items():
                 if known == name and (entry.function is None or _origin(entry.function) != _origin(function)):
-                    raise ValueError(f"there is a threshold method {name!r} already, {_whose(entry.function)}")
+                    whose = ".".join(map(str, _origin(entry.function))) if entry.function else "dockpose's own"
+                    raise ValueError(f"there is a threshold method {name!r} already, {whose}")
                 if known != name and entry.title == title:
                     raise ValueError(f"title of {name!r} is {title!r}, as that of the threshold method {known!r}")
             registered = [known for known, entry in self._entries.items() if entry.function and known != name]
@@ -149,10 +150,6 @@ def _called_alike(method: Callable[..., Threshold]) -> Method:
 
 def _origin(function: Any) -> tuple[Any, Any]:
     return getattr(function, "__module__", None), getattr(function, "__qualname__", function)
-
-
-def _whose(function: Any) -> str:
-    return "dockpose's own" if function is None else ".".join(map(str, _origin(function)))
 
 
 def own_threshold(

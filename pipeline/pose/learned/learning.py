@@ -141,8 +141,7 @@ class Bundle:
     def solve(self) -> None:
         """Gauss-Newton steps with weights that fall for outliers, until the lights have settled."""
         for _ in range(_STEPS):
-            moved = self._step()
-            if moved < _SETTLED_M:
+            if self._step() < _SETTLED_M:
                 break
 
     def _step(self) -> float:

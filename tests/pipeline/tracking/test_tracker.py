@@ -377,7 +377,8 @@ def test_a_second_dock_takes_over_where_the_first_is_gone():
 @pytest.mark.slow
 def test_a_region_does_not_hold_on_to_a_part_of_the_ring():
     # From one frame to the next the dock is five times as large: the region then shows but a part of it.
-    poses, still = (Pose((0.0, 0.0, z), 20.0) for z in (4.0, 0.8)), Hover(frames=5, drift_m=0.0, drift_deg=0.0)
+    poses = [Pose(position_m=(0.0, 0.0, z), theta_x_deg=20.0) for z in (4.0, 0.8)]
+    still = Hover(frames=5, drift_m=0.0, drift_deg=0.0)
     plans = [FilmPlan(scene=Scene(camera=CAMERA, dock=DOCK, pose=pose, seed=1), motion=still) for pose in poses]
     tracker = Tracker(CAMERA, DOCK, Settings(max_speed_m_per_s=100.0))
     images = [frame.image for plan in plans for frame in film(plan)]

@@ -91,8 +91,8 @@ def port_lines(found: FittedPort) -> list[str]:
 
 def numbers_in_words(done: Calibration) -> str:
     """The camera's numbers with their standard errors: "fx 519.70 ± 0.23 px, ..., k1 -0.1801 ± 0.0010"."""
-    sigmas, numbers = done.sigmas.values, numbers_of(done.camera, list(done.sigmas.values))
-    named = zip((*_PIXELS, *done.lens.terms), numbers, sigmas.values(), strict=True)
+    sigmas = done.sigmas.values
+    named = zip(sigmas, numbers_of(done.camera, done.lens.names), sigmas.values(), strict=True)
     return ", ".join(
         f"{name} {number:.2f} ± {sigma:.2f} px" if name in _PIXELS else f"{name} {number:.5f} ± {sigma:.5f}"
         for name, number, sigma in named

@@ -106,7 +106,8 @@ def _beside_pose(J: np.ndarray, P: np.ndarray) -> np.ndarray:
 class Sigmas:
     """Standard errors of a fit's numbers."""
 
-    values: dict[str, float]  # by the names that a camera's numbers have in dockpose.camera.sigma
+    # By name: ``fx``, ``fy``, ``cx``, ``cy`` in pixels, then coefficients; or a port's lengths in metres.
+    values: dict[str, float]
     covariance: np.ndarray  # (P, P): of these numbers, in their order
     noise_px: float  # standard deviation of a corner along x or y
 

@@ -135,9 +135,11 @@ def adjust_camera(sightings: Sequence[Sighting], start: Fitted) -> Fitted:
 
 
 def sigmas_of(fitted: Fitted, sightings: Sequence[Sighting]) -> Sigmas:
-    """Standard errors of the intrinsics of a fitted camera, see :func:`sigmas`."""
+    """Standard errors of the intrinsics of a fitted camera, those of coefficients by their terms' names."""
     camera, names = fitted.camera, fitted.lens.names
-    return sigmas(sightings, fitted.poses, camera, names, numbers_of(camera, names))
+    found = sigmas(sightings, fitted.poses, camera, names, numbers_of(camera, names))
+    values = dict(zip((*names[:4], *fitted.lens.terms), found.values.values(), strict=True))
+    return Sigmas(values, found.covariance, found.noise_px)
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,8 @@ from dockpose.camera.board import Board
 from dockpose.camera.calibrate import LENS_CHOICES, UNREADABLE, BoardView, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage
 from dockpose.camera.files import FORMATS, load_camera, save_camera
-from dockpose.camera.fitting import CalibrationError
+from dockpose.camera.fitting import CalibrationError, fit_port
 from dockpose.camera.image import orientation_sentence, to_grey, to_levels
-from dockpose.camera.port_fit import fit_port
 from dockpose.pose.learned.learning import LearnedDock, LearningError, learn_dock
 from dockpose.pose.learned.views import DockView
 from dockpose.sources import Kind, kind_of, list_pictures, open_frames

@@ -15,10 +15,10 @@ from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, SessionRecord
 from dockpose.app.export.parts import sentences
 from dockpose.camera.calibrate import BoardView, Calibration
-from dockpose.camera.sigma import CameraSigma, errors_of
+from dockpose.camera.sigma import CameraSigma, errors_of, numbers_of
 from dockpose.pose.circle import angles_of, rotation_from_angles
-from dockpose.pose.shared import diameter_share
 from dockpose.pose.tape import TAPE_M, Place, TapeFit, fit_tape
+from dockpose.pose.uncertainty import diameter_share
 from dockpose.study import budget as budgets
 from dockpose.study.budget import USUAL_NOISE_PX, Budget
 from dockpose.thresholds import METHODS
@@ -41,7 +41,7 @@ _WHY = {
 _BY = {"hand": " (by hand)", "tracking": " (tracked)"}
 MEDIA = ("air", "water")
 _AXES = ("x", "y", "z")
-_USUAL = ("k1", "k2", "p1", "p2", "k3")
+_PIXELS, _USUAL = ("fx", "fy", "cx", "cy"), ("k1", "k2", "p1", "p2", "k3")
 _SURE_SHARE = 0.01  # of the focal length: a larger standard error is said to be large
 TILTS_DEG = (0.0, 10.0, 20.0, 40.0)
 _RANGES = 6
@@ -113,14 +113,12 @@ def camera_lines(done: Calibration, medium: str = "air", *, is_on_page: bool = F
 
 def numbers_in_words(done: Calibration) -> str:
     """The camera's numbers with their standard errors: "fx 519.70 ± 0.23 px, ..., k1 -0.1801 ± 0.0010"."""
-    camera, parts = done.camera, []
-    for name, sigma in done.sigmas.values.items():
-        if name in ("fx", "fy", "cx", "cy"):
-            parts.append(f"{name} {getattr(camera, name):.2f} ± {sigma:.2f} px")
-        else:
-            order = done.lens.terms if done.lens.fisheye else ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
-            parts.append(f"{name} {camera.distortion[order.index(name)]:.5f} ± {sigma:.5f}")
-    return ", ".join(parts)
+    sigmas = done.sigmas.values
+    named = zip(sigmas, numbers_of(done.camera, done.lens.names), sigmas.values(), strict=True)
+    return ", ".join(
+        f"{name} {number:.2f} ± {sigma:.2f} px" if name in _PIXELS else f"{name} {number:.5f} ± {sigma:.5f}"
+        for name, number, sigma in named
+    )
 
 
 def outcome(view: BoardView) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import cv2
@@ -82,6 +82,16 @@ class Sighting:
     picture_px: np.ndarray  # (N, 2): its corners in the picture
     edge_px: float = float("nan")  # how wide its edges are between 10 and 90 % of their height
     sigma: float = 1.0  # standard error of its corners, relative to that of other pictures' corners
+
+    @cached_property
+    def _to_picture(self) -> np.ndarray | None:
+        return cv2.findHomography(self.board_m[:, :2].astype(float), self.picture_px.astype(float))[0]
+
+    def seen_px(self, points_m: np.ndarray) -> np.ndarray:
+        """Where points (N, 2) of the board, in metres, are in the picture, seen or not: (N, 2) in pixels."""
+        if self._to_picture is None:
+            return np.full((len(points_m), 2), np.inf)
+        return cv2.perspectiveTransform(points_m[None].astype(float), self._to_picture)[0]
 
     @property
     def is_blurred(self) -> bool:

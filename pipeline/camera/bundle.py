@@ -1,6 +1,6 @@
 """Bundle adjustment over boards: what all pictures share and each board's pose, with standard errors."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -9,23 +9,15 @@ import cv2
 import numpy as np
 from dockpose.camera.board import Sighting
 from dockpose.camera.camera import Camera
+from dockpose.camera.sigma import numbers_of, with_numbers
 
-STEP = 1e-6  # of the numeric derivatives: metres, radians, or a share of the focal length
+# Of the numeric derivatives: metres and radians of a pose, shares of the focal length; metres of a port.
+STEP, PORT_STEP_M = 1e-6, 1e-5
 _SMALLEST = 1e-100  # length of a derivative; 0 at a limit
 _NOTHING = 1e-12  # share of the information that is rounding
 _SETTLED = 1e-9  # share of the squares by which a step lowers them, below which it was the last
 _MOST_STEPS = 60  # a pose that fits takes six, and one that does not would take all of scipy's six hundred
 _LOST_PX = 1e6  # residual of a corner that has no image: any other pose is better
-
-
-@dataclass(frozen=True)
-class Shared:
-    """Numbers that all pictures share, and the camera that they make."""
-
-    names: tuple[str, ...]  # their names
-    numbers: np.ndarray  # (P,): their values
-    steps: np.ndarray  # (P,): steps for the derivatives by each
-    camera_of: Callable[[np.ndarray], Camera]  # makes a camera of values (P,)
 
 
 def residuals(camera: Camera, sighting: Sighting, pose: np.ndarray) -> np.ndarray:
@@ -39,13 +31,10 @@ def rms_px(off_px: np.ndarray) -> float:
     return float(np.sqrt((off_px**2).sum(axis=1).mean()))
 
 
-def slopes(change: Callable[[np.ndarray], np.ndarray], at: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Derivatives (M, P) of a function of P numbers with M values, by central differences."""
-    columns = [
-        (change(at + step).ravel() - change(at - step).ravel()) / (2 * size)
-        for step, size in zip(np.diag(steps), steps, strict=True)
-    ]
-    return np.column_stack(columns) if columns else np.empty((change(at).size, 0))
+def errors_px(camera: Camera, sightings: Sequence[Sighting], poses: np.ndarray) -> np.ndarray:
+    """Root mean square reprojection error (N,) of each board; infinite where a corner has no image."""
+    errors = [rms_px(residuals(camera, sighting, pose)) for sighting, pose in zip(sightings, poses, strict=True)]
+    return np.nan_to_num(np.array(errors), nan=np.inf)
 
 
 def _off_px(camera: Camera, sighting: Sighting, pose: np.ndarray) -> np.ndarray:
@@ -61,50 +50,51 @@ def settled_pose(camera: Camera, sighting: Sighting, pose: np.ndarray) -> np.nda
     return least_squares(lambda each: _off_px(camera, sighting, each), pose, method="lm", max_nfev=_MOST_STEPS).x
 
 
-def adjust(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers (P,) and poses (N, 6) with the least reprojection error, by variable projection (Kaufman 1975)."""
+def adjust(
+    sightings: Sequence[Sighting], poses: np.ndarray, camera: Camera, names: Sequence[str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers (P,) of a camera and poses (N, 6) of least reprojection error, by variable projection (Kaufman 1975)."""
     from scipy.optimize import least_squares
 
     start = poses.copy()
 
     @lru_cache(maxsize=1)
     def settled(*numbers: float) -> tuple[Camera, np.ndarray]:
-        camera = shared.camera_of(np.array(numbers))
-        start[:] = [settled_pose(camera, each, pose) for each, pose in zip(sightings, start, strict=True)]
-        return camera, start.copy()
+        tried = with_numbers(camera, names, np.array(numbers))
+        start[:] = [settled_pose(tried, each, pose) for each, pose in zip(sightings, start, strict=True)]
+        return tried, start.copy()
 
     def off_px(numbers: np.ndarray) -> np.ndarray:
         try:
-            camera, there = settled(*numbers.tolist())
+            tried, there = settled(*numbers.tolist())
         except ValueError:  # a step to a camera that cannot be
             return np.full(2 * sum(len(each.picture_px) for each in sightings), _LOST_PX)
-        return np.concatenate([_off_px(camera, *each) for each in zip(sightings, there, strict=True)])
+        return np.concatenate([_off_px(tried, *each) for each in zip(sightings, there, strict=True)])
 
     def by_numbers(numbers: np.ndarray) -> np.ndarray:
-        _, blocks = _blocks(sightings, settled(*numbers.tolist())[1], shared, numbers)
+        blocks = _blocks(sightings, settled(*numbers.tolist())[1], camera, names, numbers)
         return np.vstack([_beside_pose(J, P) for _, J, P in blocks])
 
     jac: Any = by_numbers  # which scipy's default value hides from type checkers
-    found = least_squares(off_px, shared.numbers, jac, method="lm", x_scale="jac", ftol=_SETTLED).x
+    found = least_squares(off_px, numbers_of(camera, names), jac, method="lm", x_scale="jac", ftol=_SETTLED).x
     return found, settled(*found.tolist())[1]
 
 
 def _blocks(
-    sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared, numbers: np.ndarray
-) -> tuple[float, list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:
-    """Sum of squares; and for each board residuals by their standard error, their slopes by numbers and by its pose."""
-    camera, blocks = shared.camera_of(numbers), []
-    around = [[shared.camera_of(numbers + sign * step) for sign in (1, -1)] for step in np.diag(shared.steps)]
+    sightings: Sequence[Sighting], poses: np.ndarray, camera: Camera, names: Sequence[str], numbers: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """For each board residuals by their standard error, and their slopes by the camera's numbers and by its pose."""
+    sizes = [PORT_STEP_M if name.endswith("_m") else STEP * (1 if "[" in name else camera.fx) for name in names]
+    around = [[with_numbers(camera, names, numbers + sign * step) for sign in (1, -1)] for step in np.diag(sizes)]
+    camera = with_numbers(camera, names, numbers)
     for sighting, pose in zip(sightings, poses, strict=True):
-        changes = [residuals(more, sighting, pose) - residuals(less, sighting, pose) for more, less in around]
-        J = np.column_stack([change.ravel() for change in changes]) / (2 * shared.steps * sighting.sigma)
-
-        def by_pose(each: np.ndarray, sighting: Sighting = sighting) -> np.ndarray:
-            return residuals(camera, sighting, each) / sighting.sigma
-
-        P = slopes(by_pose, pose, np.full(6, STEP))
-        blocks.append((np.nan_to_num(by_pose(pose).ravel()), np.nan_to_num(J), np.nan_to_num(P)))
-    return sum(float(off @ off) for off, _, _ in blocks), blocks
+        by_number = [residuals(more, sighting, pose) - residuals(less, sighting, pose) for more, less in around]
+        turned = [[residuals(camera, sighting, pose + sign * step) for sign in (1, -1)] for step in STEP * np.eye(6)]
+        off = residuals(camera, sighting, pose).ravel()
+        J = np.column_stack([change.ravel() for change in by_number]) / (2 * np.array(sizes))
+        P = np.column_stack([(more - less).ravel() for more, less in turned]) / (2 * STEP)
+        off, J, P = (np.nan_to_num(each / sighting.sigma) for each in (off, J, P))
+        yield off, J, P
 
 
 def _beside_pose(J: np.ndarray, P: np.ndarray) -> np.ndarray:
@@ -116,31 +106,32 @@ def _beside_pose(J: np.ndarray, P: np.ndarray) -> np.ndarray:
 class Sigmas:
     """Standard errors of a fit's numbers."""
 
-    # by name: ``fx``, ``fy``, ``cx``, ``cy`` in pixels, then the coefficients that were fitted
+    # By name: ``fx``, ``fy``, ``cx``, ``cy`` in pixels, then coefficients; or a port's lengths in metres.
     values: dict[str, float]
     covariance: np.ndarray  # (P, P): of these numbers, in their order
     noise_px: float  # standard deviation of a corner along x or y
 
 
-def sigmas(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> Sigmas:
+def sigmas(
+    sightings: Sequence[Sighting], poses: np.ndarray, camera: Camera, names: Sequence[str], numbers: np.ndarray
+) -> Sigmas:
     """Standard errors, poses free: the larger of those by residuals and by the gradients' scatter (White 1982)."""
-    squares, blocks = _blocks(sightings, poses, shared, shared.numbers)
-    information, lengths2 = np.zeros((len(shared.names),) * 2), np.zeros(len(shared.names))
+    information, lengths2, squares = np.zeros((len(names),) * 2), np.zeros(len(names)), 0.0
     gradients, corners = [], 0
-    for off, by_numbers, by_pose in blocks:
+    for off, by_numbers, by_pose in _blocks(sightings, poses, camera, names, numbers):
         J = _beside_pose(by_numbers, by_pose)
         information += J.T @ J
         lengths2 += (by_numbers**2).sum(axis=0)
+        squares += float(off @ off)
         gradients.append(J.T @ off)
         corners += len(off)
-    noise = float(np.sqrt(squares / max(1, corners - 6 * len(sightings) - len(shared.names))))
+    noise = float(np.sqrt(squares / max(1, corners - 6 * len(sightings) - len(names))))
     inverse = _inverse(information, np.sqrt(lengths2))
     U = np.array(gradients)
     scatter = inverse @ (U.T @ U) @ inverse * len(U) / max(1, len(U) - 1)
     deviations = np.sqrt(np.maximum(noise**2 * np.diag(inverse), np.diag(scatter)))
     larger = deviations / np.sqrt(np.maximum(np.diag(inverse), 1e-300))
-    values = dict(zip(shared.names, deviations.tolist(), strict=True))
-    return Sigmas(values, inverse * np.outer(larger, larger), noise)
+    return Sigmas(dict(zip(names, deviations.tolist(), strict=True)), inverse * np.outer(larger, larger), noise)
 
 
 def _inverse(information: np.ndarray, lengths: np.ndarray) -> np.ndarray:

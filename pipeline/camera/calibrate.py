@@ -7,13 +7,14 @@ import numpy as np
 from dockpose.camera.board import Board, Sighting, find_board
 from dockpose.camera.bundle import Sigmas
 from dockpose.camera.camera import Camera
-from dockpose.camera.coverage import Coverage, alike_px, apart_px, coverage_of, outer_corners_px, poses_of
+from dockpose.camera.coverage import Coverage, coverage_of, first_alike, poses_of
 from dockpose.camera.fitting import (
     FEWEST,
     LENSES,
     TERMS,
     TILT,
     UNDETERMINED,
+    WORST_SHARE,
     CalibrationError,
     Fitted,
     Lens,
@@ -33,7 +34,6 @@ FEWEST_PICTURES = 3
 # A picture whose error exceeds both this multiple of the median error and this many pixels is an outlier.
 _OUTLIER, _OUTLIER_PX = 3.0, 0.5
 _UNEVEN = 1.5  # or, relative to the median error, by chance alone: with a larger one a picture counts less
-_WORST_SHARE = 0.003  # of the picture's longer side (2 px of 640); a fit with a larger error is rejected
 _UNSURE = 0.1  # of the focal length: with a larger standard error it is not known
 _SHARPER = 0.8  # width of the edges, relative to those of a like picture, that makes a picture take its place
 NO_BOARD, UNREADABLE, ALIKE = "no board was found in it", "it cannot be read as a picture", "it is like another"
@@ -131,17 +131,14 @@ class Gathering:
 
     def _alike(self, found: Sighting) -> str:
         """Why a board adds nothing to the others; empty where it does, or takes the place of a less sharp one."""
-        limit = alike_px(self.size or (0, 0))
-        columns, rows = np.array(self.board.inner(self.counted_as)) - 1
-        outline = self.board.square_m * np.array([[0, 0], [columns, 0], [columns, rows], [0, rows]])
-        own = outer_corners_px(found, outline)
-        for index, other in enumerate(self.sightings):
-            if apart_px(own, outer_corners_px(other, outline)) < limit:
-                if found.edge_px < _SHARPER * other.edge_px:
-                    self.views[other.name] = BoardView(other.name, None, len(other.picture_px), ALIKE)
-                    del self.sightings[index]
-                    return ""
-                return ALIKE
+        columns, rows = (self.board.square_m * (count - 1) for count in self.board.inner(self.counted_as))
+        index = first_alike(found, self.sightings, (columns, rows), self.size or (0, 0))
+        if index == len(self.sightings):
+            return ""
+        other = self.sightings[index]
+        if not found.edge_px < _SHARPER * other.edge_px:
+            return ALIKE
+        self.drop(other.name, ALIKE)
         return ""
 
     def drop(self, name: str, why: str) -> None:
@@ -187,7 +184,11 @@ def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
     """Calibrate a camera from gathered boards, by their residuals: outliers are dropped one at a time."""
     kept = replace(gathering, distinct=False, sightings=list(gathering.sightings), views=dict(gathering.views))
     if len(kept.sightings) < FEWEST_PICTURES or kept.size is None:
-        raise CalibrationError(_too_few(kept))
+        count = "" if kept.sightings else ". Count its squares, those at the rim too, and show all of it"
+        raise CalibrationError(
+            f"a board of {kept.board.columns} x {kept.board.rows} squares was found in {len(kept.sightings)} of "
+            f"{len(kept.views)} pictures; {FEWEST_PICTURES} are needed, better {2 * FEWEST} to 20{count}"
+        )
     size, rungs = kept.size, ()
     _check_poses(kept, size)
     model = LENSES["k2" if lens == "auto" else lens]
@@ -201,7 +202,7 @@ def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
         kept.views[sighting.name] = BoardView(sighting.name, error, len(sighting.picture_px))
     corners = np.array([len(sighting.picture_px) for sighting in kept.sightings])
     overall = float(np.sqrt((corners * fitted.errors_px**2).sum() / corners.sum()))
-    if not overall <= _WORST_SHARE * max(size):
+    if not overall <= WORST_SHARE * max(size):
         board = kept.board
         raise CalibrationError(
             f"no camera fits the corners (error {overall:.1f} px); is the board {board.columns} x {board.rows}, "
@@ -218,9 +219,8 @@ def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
             f"all: {TILT}"
         )
     distances_m = np.linalg.norm(fitted.poses[:, 3:], axis=1)
-    names = ["fx", "fy", "cx", "cy", *(f"distortion[{place}]" for place in model.kept)]
     return Calibration(
-        camera=with_errors(fitted.camera, names, known.covariance),
+        camera=with_errors(fitted.camera, model.names, known.covariance),
         error_px=overall,
         views=tuple(kept.views.values()),
         counted_as=kept.counted_as,
@@ -230,15 +230,6 @@ def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
         coverage=coverage_of(kept.sightings, size, fitted.camera.fx),
         used=tuple(kept.sightings),
         distances_m=(float(distances_m.min()), float(distances_m.max())),
-    )
-
-
-def _too_few(gathering: Gathering) -> str:
-    count = "" if gathering.sightings else ". Count its squares, those at the rim too, and show all of it"
-    return (
-        f"a board of {gathering.board.columns} x {gathering.board.rows} squares was found in "
-        f"{len(gathering.sightings)} of {len(gathering.views)} pictures; "
-        f"{FEWEST_PICTURES} are needed, better {2 * FEWEST} to 20{count}"
     )
 
 

@@ -1,5 +1,6 @@
 """The camera: intrinsics and lens distortion, pixels to rays and back."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -102,10 +103,8 @@ class Camera(
         make_plain(self)
         if self.port is not None:
             check_is("port", self.port, FlatPort)
-        check_number("fx", self.fx, above=0)
-        check_number("fy", self.fy, above=0)
-        check_number("cx", self.cx)
-        check_number("cy", self.cy)
+        for name, above in (("fx", 0), ("fy", 0), ("cx", -math.inf), ("cy", -math.inf)):
+            check_number(name, getattr(self, name), above=above)
         check_whole("width", self.width, least=1)
         check_whole("height", self.height, least=1)
         lengths = FISHEYE_LENGTHS if self.fisheye else DISTORTION_LENGTHS
@@ -219,7 +218,6 @@ class Camera(
                 f"{self.width} x {self.height}, which is not the same picture rescaled"
             )
         scales = {"fx": ("fx", scale_x), "cx": ("cx", scale_x), "fy": ("fy", scale_y), "cy": ("cy", scale_y)}
-        sigma, covariance = transformed(self.sigma, self.covariance, scales)
         return msgspec.structs.replace(
             self,
             fx=self.fx * scale_x,
@@ -228,8 +226,7 @@ class Camera(
             cy=(self.cy + 0.5) * scale_y - 0.5,
             width=width,
             height=height,
-            sigma=sigma,
-            covariance=covariance,
+            **transformed(self, scales),
         )
 
     def rotated(self, degrees: int) -> "Camera":
@@ -242,7 +239,6 @@ class Camera(
                 k1, k2, p1, p2, *rest = distortion
                 distortion = (k1, k2, p2, -p1, *rest)
                 turned |= {"distortion[2]": ("distortion[3]", -1.0), "distortion[3]": ("distortion[2]", 1.0)}
-            sigma, covariance = transformed(camera.sigma, camera.covariance, turned)
             camera = msgspec.structs.replace(
                 camera,
                 fx=camera.fy,
@@ -252,8 +248,7 @@ class Camera(
                 width=camera.height,
                 height=camera.width,
                 distortion=distortion,
-                sigma=sigma,
-                covariance=covariance,
+                **transformed(camera, turned),
             )
         return camera
 

@@ -31,7 +31,8 @@ class Coverage:
     def wanted(self) -> tuple[str, ...]:
         """What is missing, in words, as "the board in the lower left"; empty where the pictures are enough."""
         empty = [_PLACES[row][column] for row, column in np.argwhere(self.cells < _SEEN_TWICE)]
-        wanted = [f"the board in the {_in_words(empty)} of the picture"] if empty else []
+        named = " and the ".join(filter(None, [", the ".join(empty[:-1]), *empty[-1:]]))
+        wanted = [f"the board in the {named} of the picture"] if empty else []
         for axis, ways in enumerate((("left", "right"), ("top", "bottom"))):
             for sign, way in zip((-1, 1), ways, strict=True):
                 tilted = sign * self.tilts_deg[:, axis] > _TILTED_DEG if self.pictures else np.zeros(0)
@@ -52,10 +53,6 @@ class Coverage:
     def share(self) -> float:
         """Share (0 to 1) of the parts of the picture that boards have reached twice."""
         return float((self.cells >= _SEEN_TWICE).mean())
-
-
-def _in_words(places: Sequence[str]) -> str:
-    return " and the ".join([", the ".join(places[:-1]), places[-1]]) if len(places) > 1 else places[0]
 
 
 def coverage_of(sightings: Sequence[Sighting], size: tuple[int, int], focal_px: float | None = None) -> Coverage:
@@ -80,35 +77,31 @@ def coverage_of(sightings: Sequence[Sighting], size: tuple[int, int], focal_px: 
     return Coverage(len(sightings), cells, np.array(tilts).reshape(-1, 2), relative)
 
 
-def outer_corners_px(sighting: Sighting, board_m: np.ndarray) -> np.ndarray:
-    """Where the outline (4, 2) of a board, in metres, is in the picture, seen or not: (4, 2) in pixels."""
-    to_picture, _ = cv2.findHomography(sighting.board_m[:, :2].astype(float), sighting.picture_px.astype(float))
-    if to_picture is None:
-        return np.full((4, 2), np.inf)
-    return cv2.perspectiveTransform(board_m[None].astype(float), to_picture)[0]
+def first_alike(
+    sighting: Sighting, others: Sequence[Sighting], extent_m: tuple[float, float], size: tuple[int, int]
+) -> int:
+    """Index of the first of other boards of that extent that lies as one does; how many they are where none does.
 
-
-def apart_px(outline: np.ndarray, other: np.ndarray) -> float:
-    """How far the corners (4, 2) of two boards are apart at most; a chessboard may be seen turned by half a turn."""
-    return float(min(np.linalg.norm(outline - each, axis=1).max() for each in (other, np.roll(other, 2, axis=0))))
-
-
-def alike_px(size: tuple[int, int]) -> float:
-    """Boards whose outlines are nearer than this, in a picture of that size, are alike; one tells as much as both."""
-    return _ALIKE_SHARE * max(size)
+    Of two boards whose outlines are so near each other in a picture of that size, one tells as much as both.
+    """
+    columns, rows = extent_m
+    outline_m = np.array([[0, 0], [columns, 0], [columns, rows], [0, rows]])
+    own = sighting.seen_px(outline_m)
+    for index, other in enumerate(others):
+        theirs = other.seen_px(outline_m)
+        halfway = np.roll(theirs, 2, axis=0)  # a chessboard may be seen turned by half a turn
+        if min(np.linalg.norm(own - each, axis=1).max() for each in (theirs, halfway)) < _ALIKE_SHARE * max(size):
+            return index
+    return len(others)
 
 
 def poses_of(sightings: Sequence[Sighting], size: tuple[int, int]) -> np.ndarray:
     """Number (N,) of each board's pose, from 0; boards that lie alike have the same."""
-    columns, rows = np.max([sighting.board_m.max(axis=0) for sighting in sightings], axis=0)[:2]
-    board_m = np.array([[0, 0], [columns, 0], [columns, rows], [0, rows]])
-    first: list[np.ndarray] = []
+    columns_m, rows_m, _ = np.max([sighting.board_m.max(axis=0) for sighting in sightings], axis=0).tolist()
+    first: list[Sighting] = []
     poses = []
     for sighting in sightings:
-        own = outer_corners_px(sighting, board_m)
-        like = (number for number, other in enumerate(first) if apart_px(own, other) < alike_px(size))
-        number = next(like, len(first))
-        if number == len(first):
-            first.append(own)
-        poses.append(number)
+        poses.append(first_alike(sighting, first, (columns_m, rows_m), size))
+        if poses[-1] == len(first):
+            first.append(sighting)
     return np.array(poses)

@@ -1,5 +1,6 @@
-"""Cameras fitted to the corners of boards, by lens models of growing freedom."""
+"""Cameras fitted to the corners of boards, by lens models of growing freedom; and the flat port before one."""
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -7,9 +8,11 @@ from typing import Any
 import cv2
 import numpy as np
 from dockpose.camera.board import Sighting
-from dockpose.camera.bundle import STEP, Shared, Sigmas, adjust, residuals, rms_px, settled_pose, sigmas
+from dockpose.camera.bundle import PORT_STEP_M, Sigmas, adjust, errors_px, residuals, rms_px, settled_pose, sigmas
 from dockpose.camera.camera import Camera
 from dockpose.camera.coverage import poses_of
+from dockpose.camera.port import FlatPort
+from dockpose.camera.sigma import numbers_of, with_numbers, with_port_errors
 from msgspec.structs import replace
 
 TERMS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
@@ -26,6 +29,11 @@ _BY_CHANCE = 2.0
 _LEAST_PX2 = 1e-8
 FEWEST = 6  # poses of the board; fewer are too few to leave any out
 _FEW = 3  # poses, which hardly tell one coefficient
+WORST_SHARE = 0.003  # of the picture's longer side (2 px of 640); a fit with a larger error is rejected
+LIKELY_PORT = FlatPort(air_gap_m=0.020, glass_m=0.010)
+_LENGTHS = ("air_gap_m", "glass_m")  # that are fitted
+_TOLD_M = 0.002  # standard error of the glass, above which its thickness is not known
+_UNTOLD_M = 0.010  # of the air gap, above which the pictures tell nothing
 
 
 class CalibrationError(ValueError):
@@ -47,10 +55,9 @@ class Lens:
     fisheye: bool = False  # whether it is OpenCV's fisheye model
 
     @property
-    def kept(self) -> list[int]:
-        """Places of its terms among the camera's coefficients."""
-        order = self.terms if self.fisheye else TERMS
-        return [order.index(term) for term in self.terms]
+    def names(self) -> list[str]:
+        """The numbers that it leaves free, as dockpose.camera.sigma names them; its terms are a camera's first."""
+        return ["fx", "fy", "cx", "cy", *(f"distortion[{index}]" for index in range(len(self.terms)))]
 
 
 _NO_K3 = cv2.CALIB_FIX_K3
@@ -62,7 +69,7 @@ LADDER = (
     Lens("k2", TERMS[:2], 4, _NO_P),
     Lens("tangential", TERMS[:4], 4, _NO_K3),
     Lens("k3", TERMS[:5], 5),
-    Lens("fisheye", ("k1", "k2", "k3", "k4"), 4, fisheye=True),
+    Lens("fisheye", ("k1", "k2", "k3", "k4"), 4, _FISHEYE_FLAGS, fisheye=True),
     Lens("rational", TERMS, 8, cv2.CALIB_RATIONAL_MODEL),
 )
 LENSES = {lens.name: lens for lens in LADDER}
@@ -80,60 +87,35 @@ class Fitted:
 
 
 def fit(sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens) -> Fitted:
-    """Fit a camera of one lens model to pictures of that size (Zhang 2000, as implemented in OpenCV)."""
-    if lens.fisheye:
-        return _fit_fisheye(sightings, size, lens)
-    try:
-        board, picture = _points(sightings)
-        _, K, distortion, turns, shifts = cv2.calibrateCamera(
-            board, picture, size, np.eye(3), np.zeros(5), flags=lens.flags
-        )
-    except cv2.error as error:
-        raise CalibrationError(UNDETERMINED) from error
-    return _checked(sightings, size, lens, K, np.ravel(distortion)[: lens.length], _poses(turns, shifts))
-
-
-def _fit_fisheye(sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens) -> Fitted:
-    """The better of two fits: from the best perspective lens, and OpenCV's own from a view of 180 degrees."""
+    """Fit a camera of one lens model to pictures of that size; of a fisheye lens the best of three fits."""
+    if not lens.fisheye:
+        return _by_opencv(sightings, size, lens)
     fits = []
-    try:
+    with contextlib.suppress(CalibrationError, np.linalg.LinAlgError):  # from the best perspective lens
         seen = min((fit(sightings, size, LENSES[name]) for name in ("k2", "k3")), key=lambda each: each.errors_px.max())
         k1, k2 = (*seen.camera.distortion, 0.0, 0.0)[:2]
         start = (_PINHOLE_AS_FISHEYE[0] + k1, _PINHOLE_AS_FISHEYE[1] + k1 + k2, 0.0, 0.0)
         bent = [replace(seen.camera, distortion=each, fisheye=True) for each in (start, (0.0,) * 4)]
         fits += [adjust_camera(sightings, Fitted(camera, lens, seen.poses, seen.errors_px)) for camera in bent]
-    except (CalibrationError, np.linalg.LinAlgError):
-        pass
-    focal = max(size) / np.pi
-    K = np.array([[focal, 0, (size[0] - 1) / 2], [0, focal, (size[1] - 1) / 2], [0, 0, 1]])
-    board, picture = ([each[None].astype(float) for each in kind] for kind in _points(sightings))
-    try:
-        _, K, distortion, turns, shifts = cv2.fisheye.calibrate(
-            board, picture, size, K, np.zeros(4), flags=_FISHEYE_FLAGS
-        )
-        fits.append(_checked(sightings, size, lens, K, np.ravel(distortion)[:4], _poses(turns, shifts)))
-    except (cv2.error, CalibrationError):
-        pass
+    with contextlib.suppress(CalibrationError):
+        fits.append(_by_opencv(sightings, size, lens))
     if not fits:
         raise CalibrationError(UNDETERMINED)
     return min(fits, key=lambda each: rms_px(each.errors_px[:, None]))
 
 
-def _points(sightings: Sequence[Sighting]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Corners on the boards and in the pictures, as OpenCV takes them."""
-    return [each.board_m.astype(np.float32) for each in sightings], [
-        each.picture_px.astype(np.float32) for each in sightings
-    ]
-
-
-def _poses(turns: Sequence[np.ndarray], shifts: Sequence[np.ndarray]) -> np.ndarray:
-    return np.array([np.r_[np.ravel(turn), np.ravel(shift)] for turn, shift in zip(turns, shifts, strict=True)])
-
-
-def _checked(
-    sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens, K: np.ndarray, bent: np.ndarray, poses: np.ndarray
-) -> Fitted:
-    """The fit with these numbers. Raises CalibrationError where they are no camera's."""
+def _by_opencv(sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens) -> Fitted:
+    """OpenCV's fit (Zhang 2000), of a fisheye lens from a view of 180 degrees; CalibrationError where it is none."""
+    calibrate: Any = cv2.fisheye.calibrate if lens.fisheye else cv2.calibrateCamera
+    kind, focal = np.float64 if lens.fisheye else np.float32, max(size) / np.pi
+    start = np.array([[focal, 0, (size[0] - 1) / 2], [0, focal, (size[1] - 1) / 2], [0, 0, 1]])
+    boards, pictures = zip(*((each.board_m, each.picture_px) for each in sightings), strict=True)
+    corners = ([each[None].astype(kind) for each in seen] for seen in (boards, pictures))
+    try:
+        _, K, bent, *poses = calibrate(*corners, size, start, np.zeros(4 if lens.fisheye else 5), flags=lens.flags)
+    except cv2.error as error:
+        raise CalibrationError(UNDETERMINED) from error
+    bent = np.ravel(bent)[: lens.length]
     if not np.isfinite(K).all() or not np.isfinite(bent).all() or min(K[0, 0], K[1, 1]) < _SHORTEST * max(size):
         raise CalibrationError(f"the pictures lead to no focal length: {TILT}")
     numbers = (float(K[0, 0]), float(K[1, 1]), float(K[0, 2]), float(K[1, 2]))
@@ -141,40 +123,23 @@ def _checked(
         camera = Camera(*numbers, *size, distortion=tuple(bent.tolist()), fisheye=lens.fisheye)
     except ValueError as error:  # numbers that no camera has
         raise CalibrationError(UNDETERMINED) from error
-    return Fitted(camera, lens, poses, _errors_px(camera, sightings, poses))
-
-
-def _errors_px(camera: Camera, sightings: Sequence[Sighting], poses: np.ndarray) -> np.ndarray:
-    errors = [rms_px(residuals(camera, sighting, pose)) for sighting, pose in zip(sightings, poses, strict=True)]
-    return np.nan_to_num(np.array(errors), nan=np.inf)
-
-
-def intrinsics_of(camera: Camera, lens: Lens) -> Shared:
-    """The intrinsics of a camera that its lens model leaves free: fx, fy, cx, cy and coefficients."""
-    kept = lens.kept
-
-    def camera_of(each: np.ndarray) -> Camera:
-        distortion = np.zeros(lens.length)
-        distortion[kept] = each[4:]
-        fx, fy, cx, cy = each[:4].tolist()
-        return replace(camera, fx=fx, fy=fy, cx=cx, cy=cy, distortion=tuple(distortion.tolist()))
-
-    numbers = np.array([camera.fx, camera.fy, camera.cx, camera.cy, *(camera.distortion[i] for i in kept)])
-    steps = np.r_[np.full(4, STEP * camera.fx), np.full(len(kept), STEP)]
-    return Shared(("fx", "fy", "cx", "cy", *lens.terms), numbers, steps, camera_of)
+    turns_and_shifts = np.hstack([np.reshape(each, (-1, 3)) for each in poses])
+    return Fitted(camera, lens, turns_and_shifts, errors_px(camera, sightings, turns_and_shifts))
 
 
 def adjust_camera(sightings: Sequence[Sighting], start: Fitted) -> Fitted:
     """Adjust the intrinsics and all poses of a fit until the reprojection error is least."""
-    shared = intrinsics_of(start.camera, start.lens)
-    numbers, poses = adjust(sightings, start.poses, shared)
-    camera = shared.camera_of(numbers)
-    return Fitted(camera, start.lens, poses, _errors_px(camera, sightings, poses))
+    numbers, poses = adjust(sightings, start.poses, start.camera, start.lens.names)
+    camera = with_numbers(start.camera, start.lens.names, numbers)
+    return Fitted(camera, start.lens, poses, errors_px(camera, sightings, poses))
 
 
 def sigmas_of(fitted: Fitted, sightings: Sequence[Sighting]) -> Sigmas:
-    """Standard errors of the intrinsics of a fitted camera, see :func:`sigmas`."""
-    return sigmas(sightings, fitted.poses, intrinsics_of(fitted.camera, fitted.lens))
+    """Standard errors of the intrinsics of a fitted camera, those of coefficients by their terms' names."""
+    camera, names = fitted.camera, fitted.lens.names
+    found = sigmas(sightings, fitted.poses, camera, names, numbers_of(camera, names))
+    values = dict(zip((*names[:4], *fitted.lens.terms), found.values.values(), strict=True))
+    return Sigmas(values, found.covariance, found.noise_px)
 
 
 @dataclass(frozen=True)
@@ -249,3 +214,71 @@ def _held_out_px2(
             error = rms_px(residuals(fitted.camera, sightings[index], pose)) ** 2
             errors[index] = error if np.isfinite(error) else np.inf
     return np.bincount(poses, errors) / pictures
+
+
+@dataclass(frozen=True)
+class FittedPort:
+    """A port that was fitted."""
+
+    camera: Camera  # the camera with its port
+    sigmas: Sigmas  # standard errors in metres: of the air gap and, where it was fitted, the glass
+    glass_sigma_m: float  # standard error of the glass's thickness when it is fitted too
+    gap_per_glass: float  # by how much the air gap grows with the thickness that is assumed for the glass
+    errors_px: np.ndarray  # (N,): root mean square reprojection error of each board
+    without_px: float  # error over all boards with no port, of a camera seen as a pinhole in the water
+    distances_m: tuple[float, float]  # the least and the largest distance of a board
+
+    @property
+    def glass_is_told(self) -> bool:
+        """Whether the pictures tell the glass's thickness."""
+        return "glass_m" in self.sigmas.values
+
+
+def fit_port(sightings: Sequence[Sighting], camera: Camera) -> FittedPort:
+    """Fit the air gap, and where the pictures tell it the glass, of a flat port (Treibitz et al. 2012)."""
+    if len(sightings) < 3:
+        raise CalibrationError(f"{len(sightings)} boards do not determine a port; 3 are needed, better 12")
+    known = camera.port or LIKELY_PORT
+    bare = replace(camera, port=replace(known, air_gap_m=0.0, glass_m=0.0))
+    start = replace(camera, port=known)
+    poses = np.array([_pose(each, start, known.water_index) for each in sightings])
+    glass_sigma, slope = _glass(sightings, poses, start)
+    names = _LENGTHS if glass_sigma < _TOLD_M else _LENGTHS[:1]
+    numbers, poses = adjust(sightings, poses, start, names)
+    found = sigmas(sightings, poses, start, names, numbers)
+    if not found.values["air_gap_m"] < _UNTOLD_M:
+        raise CalibrationError(
+            f"the pictures cannot determine the port's air gap (to {1000 * found.values['air_gap_m']:.0f} mm at best); "
+            "take more, with the board near the window and reaching into the picture's corners"
+        )
+    with_port = with_numbers(start, names, numbers)
+    errors = errors_px(with_port, sightings, poses)
+    if not np.sqrt((errors**2).mean()) < WORST_SHARE * max(camera.width, camera.height):
+        raise CalibrationError(
+            f"no flat port explains the boards (error {np.sqrt((errors**2).mean()):.1f} px); is the window at right "
+            "angles to the camera, and was the camera calibrated in air?"
+        )
+    pinhole = np.array([settled_pose(bare, each, pose) for each, pose in zip(sightings, poses, strict=True)])
+    without = float(np.sqrt((errors_px(bare, sightings, pinhole) ** 2).mean()))
+    away = np.linalg.norm(poses[:, 3:], axis=1)
+    with_port = with_port_errors(with_port, names, found.covariance)
+    return FittedPort(with_port, found, glass_sigma, slope, errors, without, (float(away.min()), float(away.max())))
+
+
+def _glass(sightings: Sequence[Sighting], poses: np.ndarray, camera: Camera) -> tuple[float, float]:
+    """Standard error of the glass, fitted with the gap; and how the gap grows with it, from two fits of the gap."""
+    numbers, settled = adjust(sightings, poses, camera, _LENGTHS)
+    sigma = sigmas(sightings, settled, camera, _LENGTHS, np.maximum(numbers, 2 * PORT_STEP_M)).values["glass_m"]
+    gaps = []
+    for glass_m in (0.005, 0.015):
+        alone = with_numbers(camera, _LENGTHS[1:], np.array([glass_m]))
+        gaps.append(float(adjust(sightings, poses, alone, _LENGTHS[:1])[0][0]))
+    return sigma, (gaps[1] - gaps[0]) / 0.010
+
+
+def _pose(sighting: Sighting, camera: Camera, water_index: float) -> np.ndarray:
+    """Pose (6,) of a board behind a port: first as by a longer lens, for water magnifies, then behind a likely port."""
+    K = camera.matrix @ np.diag([water_index, water_index, 1.0])
+    pixels = replace(camera, port=None).undistort(sighting.picture_px.astype(float))
+    _, turn, shift = cv2.solvePnP(sighting.board_m.astype(float), pixels, K, None, flags=cv2.SOLVEPNP_ITERATIVE)
+    return settled_pose(camera, sighting, np.r_[turn.ravel(), shift.ravel()])

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
 from dockpose.checks import check_number, make_plain
+from scipy import linalg
 
 if TYPE_CHECKING:
     from dockpose.camera.camera import Camera
@@ -58,9 +60,9 @@ def check_sigma(
         )
     if not has_port and (sigma.air_gap_m is not None or sigma.glass_m is not None):
         raise ValueError("sigma has a port's lengths; the camera has no port")
-    given = len(sigma.by_name())
     if not covariance:
         return
+    given = len(sigma.by_name())
     shape = {len(row) for row in covariance} | {len(covariance)}
     if shape != {given}:
         raise ValueError(f"covariance has {len(covariance)} rows; it must be {given} x {given}, as sigma has values")
@@ -75,78 +77,71 @@ def check_sigma(
 
 def errors_of(camera: Camera) -> tuple[list[str], np.ndarray]:
     """Names of the numbers (P,) that may be off, and the covariance (P, P) of their errors: given, or else usual."""
-    # Numbers whose errors are not given go together as if each had been measured by itself.
-    known = {} if camera.sigma is None else camera.sigma.by_name()
-    covariance = np.array(camera.covariance) if camera.covariance else np.diag(np.square(list(known.values())))
-    usual: dict[str, np.ndarray] = {}
+    known, covariance = _known(camera)
+    usual: dict[str, list[float]] = {}
     if not {"fx", "fy"} & known.keys():
-        usual |= {"fx": np.array([FOCAL_SHARE * camera.fx, 0, 0]), "fy": np.array([FOCAL_SHARE * camera.fy, 0, 0])}
+        usual |= {"fx": [FOCAL_SHARE * camera.fx, 0, 0], "fy": [FOCAL_SHARE * camera.fy, 0, 0]}
     if not {"cx", "cy"} & known.keys():
-        usual |= {"cx": np.array([0, CENTRE_PX, 0]), "cy": np.array([0, 0, CENTRE_PX])}
+        usual |= {"cx": [0, CENTRE_PX, 0], "cy": [0, 0, CENTRE_PX]}
     factors = np.array(list(usual.values())).reshape(-1, 3)
-    count = len(known)
-    errors = np.zeros((count + len(usual),) * 2)
-    errors[:count, :count] = covariance.reshape(count, count)
-    errors[count:, count:] = factors @ factors.T
-    return [*known, *usual], errors
+    return [*known, *usual], np.asarray(linalg.block_diag(covariance, factors @ factors.T))
+
+
+def _known(camera: Camera) -> tuple[dict[str, float], np.ndarray]:
+    """Standard errors that are known, by name, and their covariance, as of numbers measured each by itself if none."""
+    known = {} if camera.sigma is None else camera.sigma.by_name()
+    return known, np.array(camera.covariance) if camera.covariance else np.diag(np.square(list(known.values())))
+
+
+def numbers_of(camera: Camera, names: Sequence[str]) -> np.ndarray:
+    """The camera's numbers (P,) that have these names, as :func:`errors_of` gives them."""
+    numbers = {f"distortion[{index}]": value for index, value in enumerate(camera.distortion)}
+    numbers |= {name: getattr(camera, name) for name in _INTRINSICS}
+    numbers |= {name: getattr(camera.port, name) for name in _PORT if camera.port is not None}
+    return np.array([numbers[name] for name in names])
+
+
+def with_numbers(camera: Camera, names: Sequence[str], numbers: np.ndarray) -> Camera:
+    """The camera with other numbers (P,) under these names; a port's lengths stay above 0."""
+    given = dict(zip(names, numbers.tolist(), strict=True))
+    changed: dict[str, Any] = {name: given[name] for name in _INTRINSICS if name in given}
+    if camera.port is not None:
+        lengths = {name: max(0.0, given[name]) for name in _PORT if name in given}
+        changed["port"] = msgspec.structs.replace(camera.port, **lengths)
+    bent = (given.get(f"distortion[{index}]", value) for index, value in enumerate(camera.distortion))
+    return msgspec.structs.replace(camera, distortion=tuple(bent), **changed)
 
 
 def moved(camera: Camera, name: str, by: float) -> Camera:
-    """The camera with one of its numbers, as :func:`errors_of` names them, larger; a port's lengths stay above 0."""
-    replace = msgspec.structs.replace
-    if name in _PORT:
-        port = camera.port
-        assert port is not None
-        return replace(camera, port=replace(port, **{name: max(0.0, getattr(port, name) + by)}))
-    if name in _INTRINSICS:
-        return replace(camera, **{name: getattr(camera, name) + by})
-    bent = list(camera.distortion)
-    bent[int(name[len("distortion[") : -1])] += by
-    return replace(camera, distortion=tuple(bent))
+    """The camera with one of its numbers larger."""
+    return with_numbers(camera, [name], numbers_of(camera, [name]) + by)
 
 
-def with_errors(camera: Camera, names: list[str], covariance: np.ndarray) -> Camera:
-    """The camera with the covariance (P, P) of numbers that were fitted, named as by :func:`errors_of`."""
-    sigma, order = _sigma_of(names, covariance, len(camera.distortion))
-    known = np.zeros((len(order),) * 2)
+def with_errors(camera: Camera, names: Sequence[str], covariance: np.ndarray) -> Camera:
+    """The camera with the covariance (P, P) of numbers that were fitted; other coefficients are exact."""
+    known = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+    bent = [f"distortion[{index}]" for index in range(len(camera.distortion))]
+    of_lens = tuple(known.get(name, 0.0) for name in bent) if known.keys() & set(bent) else ()
+    sigma = CameraSigma(distortion=of_lens, **{name: known.get(name) for name in (*_INTRINSICS, *_PORT)})
+    order = list(sigma.by_name())
+    ordered = np.zeros((len(order),) * 2)
     places = [order.index(name) for name in names]
-    known[np.ix_(places, places)] = covariance
-    return msgspec.structs.replace(camera, sigma=sigma, covariance=tuple(map(tuple, known.tolist())))
+    ordered[np.ix_(places, places)] = covariance
+    return msgspec.structs.replace(camera, sigma=sigma, covariance=tuple(map(tuple, ordered.tolist())))
 
 
-def with_port_errors(camera: Camera, names: list[str], covariance: np.ndarray) -> Camera:
+def with_port_errors(camera: Camera, names: Sequence[str], covariance: np.ndarray) -> Camera:
     """The camera with the covariance (P, P) of its port's lengths, beside the standard errors that it has."""
-    if camera.sigma is None:
-        return with_errors(camera, names, covariance)
-    before = {name: value for name, value in camera.sigma.by_name().items() if name not in _PORT}
-    count = len(before)
-    both = np.zeros((count + len(names),) * 2)
-    both[:count, :count] = np.diag(np.square(list(before.values())))
-    if camera.covariance:
-        both[:count, :count] = np.array(camera.covariance)[:count, :count]
-    both[count:, count:] = covariance
+    known, errors = _known(camera)
+    before = [name for name in known if name not in _PORT]
+    both = np.asarray(linalg.block_diag(errors[: len(before), : len(before)], covariance))
     return with_errors(camera, [*before, *names], both)
 
 
-def transformed(
-    sigma: CameraSigma | None, covariance: tuple[tuple[float, ...], ...], becomes: dict[str, tuple[str, float]]
-) -> tuple[CameraSigma | None, tuple[tuple[float, ...], ...]]:
-    """Sigma and covariance where each number becomes another, times a factor, as in a picture that is turned."""
-    if sigma is None:
-        return None, ()
-    known = sigma.by_name()
-    renamed, factors = zip(*(becomes.get(name, (name, 1.0)) for name in known), strict=True) if known else ((), ())
-    errors = np.array(covariance) if covariance else np.diag(np.square(list(known.values())))
-    errors = errors.reshape(len(known), len(known)) * np.outer(factors, factors)
-    changed, order = _sigma_of(list(renamed), errors, len(sigma.distortion))
-    places = [renamed.index(name) for name in order]
-    return changed, tuple(map(tuple, errors[np.ix_(places, places)].tolist())) if covariance else ()
-
-
-def _sigma_of(names: list[str], covariance: np.ndarray, coefficients: int) -> tuple[CameraSigma, list[str]]:
-    """Standard errors of numbers with these names, and these names in order; other coefficients are exact."""
-    known = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
-    bent = [f"distortion[{index}]" for index in range(coefficients)]
-    of_lens = tuple(known.get(name, 0.0) for name in bent) if known.keys() & set(bent) else ()
-    sigma = CameraSigma(distortion=of_lens, **{name: known.get(name) for name in (*_INTRINSICS, *_PORT)})
-    return sigma, list(sigma.by_name())
+def transformed(camera: Any, becomes: dict[str, tuple[str, float]]) -> dict[str, Any]:
+    """Sigma and covariance of a camera whose numbers become others, times a factor, as in a picture that is turned."""
+    known, errors = _known(camera)
+    becoming = [becomes.get(name, (name, 1.0)) for name in known]
+    factors = [factor for _, factor in becoming]
+    changed = with_errors(camera, [name for name, _ in becoming], errors * np.outer(factors, factors))
+    return {"sigma": camera.sigma and changed.sigma, "covariance": changed.covariance if camera.covariance else ()}

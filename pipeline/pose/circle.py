@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,51 +13,7 @@ from dockpose.camera.camera import Camera
 from dockpose.checks import check_number
 from dockpose.lights.cone import circles_behind
 from dockpose.lights.ellipse import Ellipse
-from dockpose.pose.shared import SharedErrors
-from dockpose.pose.uncertainty import deviations
-
-# Variance of an angle that may be anywhere in a full turn: (2 pi)^2 / 12.
-UNKNOWN_ANGLE_RAD2 = math.pi**2 / 3
-UNKNOWN_LENGTH_M2 = 1e6  # a kilometre, squared: farther than any camera sees under water
-
-
-@dataclass(frozen=True)
-class PoseErrors:
-    """Covariance of a pose's errors, kept as the fit gives it."""
-
-    # (6, 6): of a step of the position along the camera's axes (metres), and of a rotation about the dock's own axes
-    # (radians), for lights known to one pixel
-    covariance: np.ndarray
-    rotation: np.ndarray  # (3, 3): from the dock's frame to the camera's, with any roll
-    noise: float = 1.0  # standard deviation of a light's centroid, in pixels
-    shared: SharedErrors | None = None  # what this picture has in common with all others
-
-    @cached_property
-    def parts(self) -> dict[str, np.ndarray]:
-        """Covariances (6, 6), in m and rad as above, of what comes from this picture and of what all share."""
-        shared = {} if self.shared is None else self.shared.parts(self.rotation, self.noise)
-        return {"picture": self.noise**2 * self.covariance, **shared}
-
-    @cached_property
-    def total(self) -> np.ndarray:
-        """Sum (6, 6) of all parts."""
-        return np.sum(list(self.parts.values()), axis=0)
-
-    def sigmas(self, part: str | None = None) -> tuple[tuple[float, float, float], tuple[float, float]]:
-        """Standard errors of x, y, z in metres and of theta_x, theta_y in radians, of one part or in all."""
-        return deviations(self.total if part is None else self.parts[part], self.rotation, 1.0)
-
-    def in_camera(self, *, total: bool = False) -> np.ndarray:
-        """See :attr:`CirclePose.covariance` and :attr:`CirclePose.covariance_total`."""
-        covariance = (self.total if total else self.parts["picture"]).copy()
-        covariance[5], covariance[:, 5] = 0.0, 0.0
-        covariance[5, 5] = UNKNOWN_ANGLE_RAD2
-        most = np.repeat([UNKNOWN_LENGTH_M2, UNKNOWN_ANGLE_RAD2], 3)
-        shrunk = np.sqrt(np.minimum(1.0, most / np.maximum(np.diag(covariance), 1e-300)))
-        turned = np.eye(6)
-        turned[3:, 3:] = self.rotation
-        turned *= shrunk
-        return turned @ covariance @ turned.T
+from dockpose.pose.uncertainty import PoseErrors
 
 
 @dataclass(frozen=True)
@@ -141,26 +98,23 @@ class CirclePose:
             "normal": self.normal.tolist(),
             "theta_x_deg": math.degrees(self.theta_x_rad),
             "theta_y_deg": math.degrees(self.theta_y_rad),
-            "roll_deg": None if self.roll_rad is None else math.degrees(self.roll_rad),
+            "roll_deg": _listed(self.roll_rad, np.degrees),
             "centre_px": self.centre_px.tolist(),
             "probability": self.probability,
             "rms_px": self.rms_px,
             "sigma_position_m": _listed(self.sigma_position_m),
-            "sigma_theta_deg": _degrees(self.sigma_theta_rad),
+            "sigma_theta_deg": _listed(self.sigma_theta_rad, np.degrees),
             "sigma_total_position_m": _listed(self.sigma_total_position_m),
-            "sigma_total_theta_deg": _degrees(self.sigma_total_theta_rad),
+            "sigma_total_theta_deg": _listed(self.sigma_total_theta_rad, np.degrees),
             "quaternion_xyzw": list(self.quaternion_xyzw),
-            "covariance_m_rad": None if (covariance := self.covariance) is None else covariance.tolist(),
-            "covariance_total_m_rad": None if (total := self.covariance_total) is None else total.tolist(),
+            "covariance_m_rad": _listed(self.covariance),
+            "covariance_total_m_rad": _listed(self.covariance_total),
         }
 
     def summary(self) -> dict[str, Any]:
         """The pose as other programs take it: plain values, the errors' covariance in the order of ROS."""
-        line = self.to_dict()
-        place, sigmas = ("position_m", "theta_x_deg", "theta_y_deg"), ("sigma_position_m", "sigma_theta_deg")
-        totals = ("sigma_total_position_m", "sigma_total_theta_deg")
-        ros = ("quaternion_xyzw", "covariance_m_rad", "covariance_total_m_rad")
-        return {key: line[key] for key in (*place, *sigmas, *totals, *ros)}
+        line, only_here = self.to_dict(), ("normal", "roll_deg", "centre_px", "probability", "rms_px")
+        return {key: value for key, value in line.items() if key not in only_here}
 
     @property
     def quaternion_xyzw(self) -> tuple[float, float, float, float]:
@@ -188,12 +142,9 @@ class CirclePose:
         return transform
 
 
-def _listed(numbers: tuple[float, ...] | None) -> list[float] | None:
-    return None if numbers is None else list(numbers)
-
-
-def _degrees(angles_rad: tuple[float, ...] | None) -> list[float] | None:
-    return None if angles_rad is None else [math.degrees(angle) for angle in angles_rad]
+def _listed(numbers: Any, changed: Callable[[Any], Any] = np.asarray) -> Any:
+    """Numbers as lists of Python's own; None for what was not computed."""
+    return None if numbers is None else changed(numbers).tolist()
 
 
 def angles_of(normal: np.ndarray) -> tuple[float, float]:

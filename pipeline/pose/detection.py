@@ -114,25 +114,22 @@ def few_in_words(markers: Markers, lights: int) -> str:
 
 def found_in_words(ring: Ring, choice: Choice, camera: Camera, dock: Dock) -> str:
     """Return a sentence on the dock that was found: its lights, how far it is, how sure the chosen pose is."""
-    words = _on_pose(ring, choice)
-    if dock.offsets_m and ring.on_ring.sum() < MIN_POINTS:
+    pose, on_ring = choice.candidates[choice.selected], int(ring.on_ring.sum())
+    words = f"{on_ring} lights on the ring; the dock is {100 * pose.position_m[2]:.1f} cm ahead"
+    if ring.rivals:
+        words += f"; {len(ring.rivals)} more ring{'s are' if len(ring.rivals) > 1 else ' is'} in view"
+    percent = f"{100 * (pose.probability or 0):.0f} %"
+    if choice.coincide:
+        words += ", seen square on, where both poses are the same within their errors."
+    elif choice.selected_by == "none":
+        words += ". The lights' spacing does not tell which of the two poses is right."
+    elif not choice.decided:
+        words += f". Undecided between the two poses; the likelier one has {percent}."
+    else:
+        words += f", the likelier pose at {percent}."
+    if dock.offsets_m and on_ring < MIN_POINTS:
         words += f" With fewer than {MIN_POINTS} lights the dock file's offsets are not used."
     if ring.focal_px is not None:
         told = f"The spacing fits a focal length of about {ring.focal_px:.0f} px, not the camera's {camera.fx:.0f} px"
         words += f" {told}: check the camera file."
     return words
-
-
-def _on_pose(ring: Ring, choice: Choice) -> str:
-    pose = choice.candidates[choice.selected]
-    distance = f"{int(ring.on_ring.sum())} lights on the ring; the dock is {100 * pose.position_m[2]:.1f} cm ahead"
-    if ring.rivals:
-        distance += f"; {len(ring.rivals)} more ring{'s are' if len(ring.rivals) > 1 else ' is'} in view"
-    if choice.coincide:
-        return f"{distance}, seen square on, where both poses are the same within their errors."
-    if choice.selected_by == "none":
-        return f"{distance}. The lights' spacing does not tell which of the two poses is right."
-    percent = f"{100 * (pose.probability or 0):.0f} %"
-    if not choice.decided:
-        return f"{distance}. Undecided between the two poses; the likelier one has {percent}."
-    return f"{distance}, the likelier pose at {percent}."

@@ -11,10 +11,9 @@ from dockpose.checks import as_points
 from dockpose.dock import Dock
 from dockpose.lights.ellipse import NoEllipseError
 from dockpose.pose.assignments import FEWEST, assignments, basis_of, plane_of, squares_of
-from dockpose.pose.choice import Choice, choice_of
+from dockpose.pose.choice import Choice, Placement, choice_of
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.refine import HOPELESS, HOPELESS_PX2, Fit, LightRays, light_rays, refine
-from dockpose.pose.spacing import Placement
 from dockpose.pose.uncertainty import WORTH_OF_EVIDENCE, log_evidence
 
 _COLLINEAR = 1e-3  # smaller to larger spread of the points
@@ -142,7 +141,10 @@ def _starts(tangents: np.ndarray, angles_rad: np.ndarray, radius_m: float) -> tu
     slopes = H[:, :2, :2] - seen[:, :, None] * H[:, 2:, :2]
     ahead = np.concatenate([seen, np.ones((len(seen), 1))], axis=1)
     sight = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
-    turned = _turned_to(sight)
+    x, y, z = sight.T
+    c = 1 / (1 + z)
+    turned = [1 - c * x * x, -c * x * y, x, -c * x * y, 1 - c * y * y, y, -x, -y, z]  # the shortest way
+    turned = np.stack(turned, axis=1).reshape(-1, 3, 3)
     local = np.linalg.solve(turned[:, :2, :2] - seen[:, :, None] * turned[:, 2:, :2], slopes)
     xx, xy, yy = ((local[:, i] * local[:, j]).sum(axis=1) for i, j in ((0, 0), (0, 1), (1, 1)))
     nearness = np.sqrt((xx + yy) / 2 + np.hypot((xx - yy) / 2, xy))
@@ -163,23 +165,11 @@ def _starts(tangents: np.ndarray, angles_rad: np.ndarray, radius_m: float) -> tu
     return np.concatenate(which), np.concatenate(rotations), np.concatenate(positions)
 
 
-def _turned_to(sight: np.ndarray) -> np.ndarray:
-    """The shortest rotations (K, 3, 3) that bring the third axis to unit vectors (K, 3) in front of the camera."""
-    x, y, z = sight.T
-    c = 1 / (1 + z)
-    return np.stack([1 - c * x * x, -c * x * y, x, -c * x * y, 1 - c * y * y, y, -x, -y, z], axis=1).reshape(-1, 3, 3)
-
-
 def _widest(tangents: np.ndarray) -> list[int]:
     """The four of the points, in order, whose smallest triangle is largest: they tell the homography best."""
-
-    def smallest(four: tuple[int, ...]) -> float:
-        return min(
-            abs(float(np.linalg.det(np.column_stack([tangents[list(three)], np.ones(3)]))))
-            for three in combinations(four, 3)
-        )
-
-    return list(max(combinations(range(len(tangents)), 4), key=smallest))
+    corners, fours = np.column_stack([tangents, np.ones(len(tangents))]), list(combinations(range(len(tangents)), 4))
+    triangles = np.array([list(combinations(four, 3)) for four in fours])
+    return list(fours[int(np.abs(np.linalg.det(corners[triangles])).min(axis=1).argmax())])
 
 
 def _starts_of_three(

@@ -12,13 +12,8 @@ from dockpose.pose.circle import CirclePose
 from dockpose.pose.refine import light_rays
 
 # Lepetit et al. 2009; Collins and Bartoli 2014; Terzakis and Lourakis 2020; Levenberg-Marquardt on a homography.
-METHODS = {
-    "epnp": cv2.SOLVEPNP_EPNP,
-    "ippe": cv2.SOLVEPNP_IPPE,
-    "sqpnp": cv2.SOLVEPNP_SQPNP,
-    "iterative": cv2.SOLVEPNP_ITERATIVE,
-}
 NAMES = {"epnp": "EPnP", "ippe": "IPPE", "sqpnp": "SQPnP", "iterative": "Iterative PnP"}
+METHODS: dict[str, int] = {method: getattr(cv2, f"SOLVEPNP_{method.upper()}") for method in NAMES}
 FEWEST = 4  # three points leave up to four poses
 # The model turned about its x and y axes: the same dock in three frames, of which EPnP may fail in one.
 _FRAMES = (np.eye(3), np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, 1.0, -1.0]))

@@ -59,7 +59,10 @@ def find_poses(
     points = np.ascontiguousarray(as_points("points_px", points_px, 2))
     if FEWEST <= len(points) < MIN_POINTS and dock.lights is not None:
         choice = _finite(poses_from_few_lights(points, camera, dock))
-        return _ellipse_of(choice.candidates[0], camera, dock), choice
+        pose, angles = choice.candidates[0], np.linspace(0, 2 * np.pi, 12, endpoint=False)
+        circle = dock.radius * np.column_stack([np.cos(angles), np.sin(angles)]) @ pose.rotation[:, :2].T
+        seen = (pose.position_m + circle) @ camera.matrix.T  # as a pinhole sees it
+        return fit_ellipse(seen[:, :2] / seen[:, 2:]), choice
     if _scatter_about_line_px(points) < _ON_A_LINE_PX:
         raise NoEllipseError("the points lie on a line")
     if camera.port is None:
@@ -87,22 +90,12 @@ def _scatter_about_line_px(points: np.ndarray) -> float:
     return math.sqrt(abs((xx + yy) / 2 - math.hypot((xx - yy) / 2, xy)) / len(points))
 
 
-def _ellipse_of(pose: CirclePose, camera: Camera, dock: Dock) -> Ellipse:
-    """The ellipse that a pinhole sees of the dock's circle."""
-    angles = np.linspace(0, 2 * np.pi, 12, endpoint=False)
-    axes = pose.rotation[:, :2]
-    circle = pose.position_m + dock.radius * np.column_stack([np.cos(angles), np.sin(angles)]) @ axes.T
-    seen = circle @ camera.matrix.T
-    return fit_ellipse(seen[:, :2] / seen[:, 2:])
-
-
 def _poses_behind_port(points_px: np.ndarray, camera: Camera, dock: Dock) -> tuple[CirclePose, CirclePose]:
     """Both poses seen through a port: pixels for their depths, ellipse and pose in turn, until they settle."""
-    depth = _FIRST_DEPTH_M
-    pair = circle_poses(fit_ellipse(camera.virtual_pixels(points_px, depth)), camera, dock.diameter)
-    for _ in range(2):
-        depth = float(pair[0].position_m[2] + pair[1].position_m[2]) / 2
+    depth, pair = _FIRST_DEPTH_M, ()
+    for _ in range(3):
         pair = circle_poses(fit_ellipse(camera.virtual_pixels(points_px, depth)), camera, dock.diameter)
+        depth = float(pair[0].position_m[2] + pair[1].position_m[2]) / 2
     first, second = (_settled(pose, points_px, camera, dock) for pose in pair)
     return first, second
 

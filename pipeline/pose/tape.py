@@ -76,7 +76,8 @@ def fit_tape(places: Sequence[Place], tape_m: float = TAPE_M) -> TapeFit:
         left = _measurable(fit.x, estimated) - measured
         beyond = np.nan_to_num(np.abs(left) / sigmas).max(axis=1)
         beyond[slipped] = 0
-        if beyond.max() <= _SLIPPED * _typical(left / sigmas) or has_tape.sum() - len(slipped) <= FEWEST:
+        typical = max(1.0, 1.4826 * float(np.nanmedian(np.abs(left / sigmas))))  # a few large ones hardly move it
+        if beyond.max() <= _SLIPPED * typical or has_tape.sum() - len(slipped) <= FEWEST:
             break
         slipped.append(int(beyond.argmax()))
     errors = _errors(fit, int(np.isfinite(kept).sum()))
@@ -124,8 +125,3 @@ def _measurable(numbers: np.ndarray, estimated_m: np.ndarray) -> np.ndarray:
     straight[:, :2] *= (1 + edge * tangents2)[:, None]
     in_tank = scale * Rotation.from_rotvec(turn).apply(straight) + shift
     return np.column_stack([in_tank, scale * np.linalg.norm(straight, axis=1) + zero])
-
-
-def _typical(residuals: np.ndarray) -> float:
-    """Spread of residuals in their standard errors, nan aside, which a few large ones hardly move; at least 1."""
-    return max(1.0, 1.4826 * float(np.nanmedian(np.abs(residuals))))

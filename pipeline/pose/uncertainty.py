@@ -1,11 +1,18 @@
-"""Uncertainty of a refined pose: the noise of the centroids, standard errors, and the odds of two candidates."""
+"""Uncertainty of a refined pose: the noise of the centroids, standard errors and where they come from, and odds."""
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
+import msgspec
 import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.camera.sigma import errors_of, moved
 from dockpose.compiled import compiled
+from dockpose.dock import Dock
+from dockpose.lights.reprojection import LightRays
+from dockpose.pose.refine import on_planes
 from scipy.special import erf, stdtrit
 
 # For the choice between two candidates: prior precision of centroids, and its weight in measured numbers.
@@ -22,6 +29,15 @@ _SCALES_PX = np.geomspace(1e-3, 1e3, 240)  # noises over which is averaged: any 
 _LEAST_SQUARES_PX2 = 1e-8  # so that logarithms stay finite
 _LOG_SQUARES = np.linspace(math.log(_LEAST_SQUARES_PX2), math.log(1e7), 100)  # at which the evidence is tabulated
 _HOLD = 0.95  # coverage of 1.96 standard errors on either side
+# Of what all pictures share.
+DIAMETER_SHARE = 0.003  # standard error where the dock file says nothing: a millimetre of 30 cm
+_AROUND = 12  # points on the circle of a dock whose lights are not known
+_STEP = 1e-4  # of the range, for derivatives
+_OPEN = 1e-9  # singular value, over the largest, of what the lights leave open, as the roll where they may be anywhere
+PARTS = ("picture", "camera", "diameter", "lights")
+# Variance of an angle that may be anywhere in a full turn: (2 pi)^2 / 12.
+UNKNOWN_ANGLE_RAD2 = math.pi**2 / 3
+UNKNOWN_LENGTH_M2 = 1e6  # a kilometre, squared: farther than any camera sees under water
 
 
 def noise_px(squares_px2: float, numbers: int, parameters: int) -> float:
@@ -29,13 +45,8 @@ def noise_px(squares_px2: float, numbers: int, parameters: int) -> float:
     freedom = max(0, numbers - parameters)
     if freedom == 0:
         return _prior_noise_px()
-    return _quantile(freedom) * math.sqrt(max(squares_px2, _LEAST_SQUARES_PX2) / freedom)
-
-
-@lru_cache(maxsize=64)
-def _quantile(freedom: int) -> float:
-    """The 97.5 % quantile of Student's distribution, over that of the normal one."""
-    return float(stdtrit(freedom, (1 + _HOLD) / 2)) / 1.96
+    quantile = float(stdtrit(freedom, (1 + _HOLD) / 2)) / 1.96  # 97.5 %, of Student's distribution over the normal one
+    return quantile * math.sqrt(max(squares_px2, _LEAST_SQUARES_PX2) / freedom)
 
 
 def log_evidence(squares_px2: np.ndarray, freedom: int) -> np.ndarray:
@@ -111,3 +122,133 @@ def deviations(
     sigma_z = noise * math.sqrt(max(0.0, covariance[2, 2]))
     sigma_theta_x = min(math.pi, noise * math.sqrt(about_x))
     return (sigma_x, sigma_y, sigma_z), (sigma_theta_x, min(math.pi, noise * math.sqrt(about_y) / cos_x))
+
+
+def diameter_share(dock: Dock) -> float:
+    """Standard error of a dock's diameter, as a share of it: the file's, or the usual one."""
+    return DIAMETER_SHARE if dock.diameter_sigma_m is None else dock.diameter_sigma_m / dock.diameter
+
+
+@dataclass(frozen=True)
+class SharedErrors:
+    """Where errors that do not average out come from."""
+
+    camera: Camera
+    dock: Dock
+    position_m: np.ndarray  # (3,): of the dock
+    rays: LightRays | None = None  # of the lights that were seen; None for all of the dock's
+
+    def parts(self, rotation: np.ndarray, noise_px: float) -> dict[str, np.ndarray]:
+        """Covariances (6, 6), as :attr:`PoseErrors.covariance` has them, from camera, diameter and lights' places.
+
+        To first order a wrong number moves the pose as it moves the lights' images: by the pseudoinverse of their
+        derivatives by the pose (Hartley and Zisserman 2004, section 5.2). The place of a light shows in the residuals;
+        what ``noise_px`` holds of it already is not counted again.
+        """
+        lights_m = self._lights_m(rotation)
+        names, errors = errors_of(self.camera)
+        A, by_number = self._slopes(self.position_m + lights_m @ rotation.T, names, np.sqrt(np.diag(errors)))
+        outwards_m = lights_m * [1, 1, 0]
+        larger = diameter_share(self.dock) * (A @ (outwards_m @ rotation.T)[:, :, None])
+        deeper = self.dock.lamp_depth_sigma_m * A @ rotation[:, 2:]
+        shifts = np.concatenate([A, -A @ rotation @ cross(lights_m), by_number, larger, deeper, A], axis=2)
+        if self.dock.lights is None:
+            shifts = _across(shifts, A, lights_m, rotation)
+        ends = np.cumsum([6, len(names), 1, 1])
+        by_pose, by_number, larger, deeper, own = np.split(shifts, ends, axis=2)
+        carry = np.linalg.pinv(by_pose.reshape(-1, 6), rcond=_OPEN)
+        by_camera = carry @ by_number.reshape(-1, len(names))
+        by_diameter, by_depth = carry @ larger.reshape(-1, 1), carry @ deeper.reshape(-1, 1)
+        own = (self.dock.lights_sigma_m or 0.0) * own
+        own_px2 = float((own**2).sum()) / (2 * len(own))
+        unseen = max(0.0, 1 - noise_px**2 / own_px2) if own_px2 > 0 else 0.0
+        by_lights = carry.reshape(6, -1, 2).transpose(1, 0, 2) @ own
+        return {
+            "camera": by_camera @ errors @ by_camera.T,
+            "diameter": by_diameter @ by_diameter.T,
+            "lights": by_depth @ by_depth.T + unseen * np.einsum("nij,nkj->ik", by_lights, by_lights),
+        }
+
+    def _lights_m(self, rotation: np.ndarray) -> np.ndarray:
+        """Places (N, 3) of the lights in the dock's frame."""
+        if self.rays is not None:
+            depth_m = self.dock.lamp_depth_m
+            (flat,) = on_planes(self.rays, rotation[None], (self.position_m + depth_m * rotation[:, 2])[None])
+            return np.column_stack([flat, np.full(len(flat), depth_m)])
+        dock = self.dock if self.dock.lights is not None else msgspec.structs.replace(self.dock, lights=_AROUND)
+        return dock.light_points()
+
+    def _slopes(self, points_m: np.ndarray, names: list[str], sigmas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives of the images of points (N, 3) by their places (N, 2, 3) and by the camera's numbers (N, 2, P).
+
+        Those by places, and by numbers of lens and port, are differences of small steps; 0 where the lens sees none.
+        """
+        camera, by_number = self.camera, np.zeros((len(points_m), 2, len(names)))
+        step_m = _STEP * float(np.linalg.norm(self.position_m))
+        steps = step_m * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+        images = camera.project((points_m + steps[:, None]).reshape(-1, 3)).reshape(7, -1, 2)
+        for column, (name, sigma) in enumerate(zip(names, sigmas.tolist(), strict=True)):
+            if name in ("fx", "fy"):
+                axis = int(name == "fy")
+                by_number[:, axis, column] = (images[0, :, axis] - (camera.cx, camera.cy)[axis]) / getattr(camera, name)
+            elif name in ("cx", "cy"):
+                by_number[:, int(name == "cy"), column] = 1.0
+            elif sigma > 0:
+                more, less = (moved(camera, name, sign * sigma).project(points_m) for sign in (1, -1))
+                by_number[:, :, column] = (more - less) / (2 * sigma)
+        by_place = ((images[1:4] - images[4:]) / (2 * step_m)).transpose(1, 2, 0)
+        return np.nan_to_num(by_place), np.nan_to_num(by_number)
+
+
+def _across(shifts: np.ndarray, A: np.ndarray, lights_m: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """Of shifts (N, 2, K) of the images that across the ring, all that residuals of lights anywhere on it show."""
+    along_m = np.cross([0.0, 0.0, 1.0], lights_m) @ rotation.T
+    along = (A @ along_m[:, :, None])[:, :, 0]
+    across = along[:, ::-1] * [1, -1] / np.maximum(np.linalg.norm(along, axis=1), 1e-12)[:, None]
+    return across[:, :, None] * (across[:, None] @ shifts)
+
+
+def cross(vectors: np.ndarray) -> np.ndarray:
+    """Matrices (N, 3, 3) that take the cross product of vectors (N, 3) with another."""
+    x, y, z = vectors.T
+    o = np.zeros_like(x)
+    return np.stack([o, -z, y, z, o, -x, -y, x, o], axis=1).reshape(-1, 3, 3)
+
+
+@dataclass(frozen=True)
+class PoseErrors:
+    """Covariance of a pose's errors, kept as the fit gives it."""
+
+    # (6, 6): of a step of the position along the camera's axes (metres), and of a rotation about the dock's own axes
+    # (radians), for lights known to one pixel
+    covariance: np.ndarray
+    rotation: np.ndarray  # (3, 3): from the dock's frame to the camera's, with any roll
+    noise: float = 1.0  # standard deviation of a light's centroid, in pixels
+    shared: SharedErrors | None = None  # what this picture has in common with all others
+
+    @cached_property
+    def parts(self) -> dict[str, np.ndarray]:
+        """Covariances (6, 6), in m and rad as above, of what comes from this picture and of what all share."""
+        shared = {} if self.shared is None else self.shared.parts(self.rotation, self.noise)
+        return {"picture": self.noise**2 * self.covariance, **shared}
+
+    @cached_property
+    def total(self) -> np.ndarray:
+        """Sum (6, 6) of all parts."""
+        return np.sum(list(self.parts.values()), axis=0)
+
+    def sigmas(self, part: str | None = None) -> tuple[tuple[float, float, float], tuple[float, float]]:
+        """Standard errors of x, y, z in metres and of theta_x, theta_y in radians, of one part or in all."""
+        return deviations(self.total if part is None else self.parts[part], self.rotation, 1.0)
+
+    def in_camera(self, *, total: bool = False) -> np.ndarray:
+        """See :attr:`CirclePose.covariance` and :attr:`CirclePose.covariance_total`."""
+        covariance = (self.total if total else self.parts["picture"]).copy()
+        covariance[5], covariance[:, 5] = 0.0, 0.0
+        covariance[5, 5] = UNKNOWN_ANGLE_RAD2
+        most = np.repeat([UNKNOWN_LENGTH_M2, UNKNOWN_ANGLE_RAD2], 3)
+        shrunk = np.sqrt(np.minimum(1.0, most / np.maximum(np.diag(covariance), 1e-300)))
+        turned = np.eye(6)
+        turned[3:, 3:] = self.rotation
+        turned *= shrunk
+        return turned @ covariance @ turned.T

@@ -12,9 +12,8 @@ from dockpose.dock import Dock
 from dockpose.lights.ellipse import NoEllipseError
 from dockpose.pose.circle import rotation_from_angles
 from dockpose.pose.refine import light_rays, refine
-from dockpose.pose.shared import SharedErrors
 from dockpose.pose.solve import find_poses
-from dockpose.pose.uncertainty import deviations
+from dockpose.pose.uncertainty import SharedErrors, deviations
 from dockpose.study.judge import nearest, signed_errors
 from scipy.special import ndtr
 

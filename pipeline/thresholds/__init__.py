@@ -9,8 +9,7 @@ from dockpose.thresholds.classic import fixed, kapur, kittler, li, otsu, sezan, 
 from dockpose.thresholds.hats import hats
 from dockpose.thresholds.histogram import Histogram, Peak, Threshold, histogram_of
 from dockpose.thresholds.local import hats_local
-from dockpose.thresholds.methods import Entry, Function, Methods
-from dockpose.thresholds.own import MethodError
+from dockpose.thresholds.methods import Entry, Function, MethodError, Methods
 
 # Title, colour and mark (of Matplotlib) wherever the method is listed or drawn; and its short name where that is not
 # the title up to a bracket.

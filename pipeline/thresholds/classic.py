@@ -142,7 +142,8 @@ def sezan(histogram: Histogram) -> Threshold:
     if len(peaks) != 2 and len(crowded) > 2:
         # Growing the window removed more than one peak at once, or left more of levels that are spread evenly: keep the
         # two that hold the most pixels.
-        peaks = sorted(sorted(crowded, key=lambda peak: -_share(cumulative, peak))[:2])
+        below = np.insert(cumulative, 0, 0.0)  # of each level
+        peaks = sorted(sorted(crowded, key=lambda peak: below[peak[0]] - below[peak[1] + 1])[:2])
     if len(peaks) < 2:
         level = peaks[0][1] + 1 if peaks else LEVELS
         return threshold_at("sezan", histogram, min(level, LEVELS), "One peak is left; the level is where it ends.")
@@ -166,11 +167,6 @@ def find_peaks(cumulative: np.ndarray, half: int) -> list[tuple[int, int]]:
     if sign[0] > 0 and cumulative[0] > 0:
         starts.insert(0, 0)
     return [(start, start + int(np.argmax(signal[start:until]))) for start, until in pairwise([*starts, LEVELS])]
-
-
-def _share(cumulative: np.ndarray, peak: tuple[int, int]) -> float:
-    start, end = peak
-    return float(cumulative[end] - (cumulative[start - 1] if start else 0))
 
 
 def fixed(histogram: Histogram, level: int | None) -> Threshold:

@@ -44,7 +44,10 @@ def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:
     flat = Histogram(_flattened(histogram), histogram.native_step, histogram.counted)
     mode, noise = background_mode(flat.sketch), whole.noise
     # The dark side of the background is its own; what halos add is on the other.
-    clear = mode + math.ceil(CLEAR_NOISE * max(noise, _dark_side(flat.sketch, mode)))
+    dark = flat.sketch[:mode].astype(float)
+    squares = float(dark @ (mode - np.arange(mode)) ** 2)
+    dark_side = math.sqrt(squares / max(dark.sum() + 0.5 * flat.sketch[mode], 1))
+    clear = mode + math.ceil(CLEAR_NOISE * max(noise, dark_side))
     floor = min(background_limit(flat.sketch), max(lit_limit(flat.sketch, LIT_SHARES[-1]), clear))
     if floor >= LEVELS or (pixels := flat.bright(floor)).is_empty:
         return _nothing(whole, "Nothing stands out above the background.")
@@ -109,13 +112,6 @@ def _flattened(histogram: Histogram) -> np.ndarray:
     # What is at the background's level stays above 0, so that noise on both sides of it is seen as such.
     flat = cv2.max(cv2.subtract(cv2.convertScaleAbs(levels, beta=_PEDESTAL), background), saturated)
     return flat if histogram.counted is None else np.where(histogram.counted > 0, flat, 0).astype(np.uint8)
-
-
-def _dark_side(counts: np.ndarray, mode: int) -> float:
-    """Standard deviation of the background by what is darker than its mode, which no light is."""
-    dark = counts[:mode].astype(float)
-    squares = float(dark @ (mode - np.arange(mode)) ** 2)
-    return math.sqrt(squares / max(dark.sum() + 0.5 * counts[mode], 1))
 
 
 def continued(levels: np.ndarray, pixels: BrightPixels) -> np.ndarray:

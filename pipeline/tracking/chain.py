@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.pose.circle import CirclePose, PoseErrors
-from dockpose.pose.shared import SharedErrors
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.uncertainty import PoseErrors, SharedErrors
 from dockpose.settings import Settings
 
 # How the vehicle moved: travel (3,) in metres in the camera's old frame, and the rotation (3, 3) whose columns are the
@@ -26,23 +26,6 @@ _UNKNOWN_SIGMA_RAD, _UNKNOWN_SIGMA_SHARE = math.radians(5.0), 0.03
 
 
 @dataclass(frozen=True)
-class Speeds:
-    """The top speeds of the vehicle, in metres and radians per second."""
-
-    metres: float
-    radians: float
-
-    @classmethod
-    def of(cls, settings: Settings) -> Speeds:
-        """The top speeds that the settings allow."""
-        return cls(settings.max_speed_m_per_s, math.radians(settings.max_turn_deg_per_s))
-
-    def reach_m(self, distance_m: float, time_s: float) -> float:
-        """How far a dock at that distance can move in the camera frame."""
-        return (self.metres + self.radians * distance_m) * time_s
-
-
-@dataclass(frozen=True)
 class Chain:
     """A dock's position and normal, each number filtered with a rate (Singer's model, Bar-Shalom et al. 2001)."""
 
@@ -51,10 +34,10 @@ class Chain:
     variances: np.ndarray  # (3, 6): variance of the state, covariance of state and rate, and variance of the rates
 
     @classmethod
-    def begin(cls, pose: CirclePose, speeds: Speeds) -> Chain:
+    def begin(cls, pose: CirclePose, settings: Settings) -> Chain:
         """Start from a pose, with unknown speed."""
         state = np.concatenate([pose.position_m, pose.normal])
-        rates = speed_sigmas(state, speeds) ** 2
+        rates = speed_sigmas(state, settings) ** 2
         return cls(state, np.zeros(6), np.array([_errors(pose) ** 2, np.zeros(6), rates]))
 
     @property
@@ -67,10 +50,10 @@ class Chain:
         """(3,) the dock's normal, of unit length."""
         return self.state[3:]
 
-    def predict(self, time_s: float, speeds: Speeds, command: Command | None = None) -> Chain:
+    def predict(self, time_s: float, settings: Settings, command: Command | None = None) -> Chain:
         """Predict the state some time later."""
         state, rates = self.state, self.rates
-        sigmas = speed_sigmas(state, speeds) * (1.0 if command is None else _CURRENTS)
+        sigmas = speed_sigmas(state, settings) * (1.0 if command is None else _CURRENTS)
         if command is not None:
             travel, turn = command
             state = np.concatenate([(state[:3] - travel) @ turn, state[3:] @ turn])
@@ -129,11 +112,15 @@ class Chain:
         return Chain(_with_unit_normal(self.state + gain * innovation), self.rates + rate_gain * innovation, variances)
 
 
-def speed_sigmas(state: np.ndarray, speeds: Speeds) -> np.ndarray:
+def reach_m(settings: Settings, distance_m: float, time_s: float) -> float:
+    """How far a dock at that distance can move in the camera frame, at the vehicle's top speeds."""
+    return (settings.max_speed_m_per_s + math.radians(settings.max_turn_deg_per_s) * distance_m) * time_s
+
+
+def speed_sigmas(state: np.ndarray, settings: Settings) -> np.ndarray:
     """Standard deviations (6,) of the rates; a rotation of the camera moves a distant dock farther than a near one."""
-    distance = math.hypot(*state[:3].tolist())
-    position = math.hypot(speeds.metres, speeds.radians * distance) / _BOUND
-    return np.array([position] * 3 + [speeds.radians / _BOUND] * 3)
+    distance, turn = math.hypot(*state[:3].tolist()), math.radians(settings.max_turn_deg_per_s)
+    return np.repeat([math.hypot(settings.max_speed_m_per_s, turn * distance), turn], 3) / _BOUND
 
 
 def _errors(pose: CirclePose) -> np.ndarray:

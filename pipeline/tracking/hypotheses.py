@@ -12,7 +12,8 @@ from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
 from dockpose.lights.ring import Ring
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.detection import detection_of, found_in_words, judged, why_no_dock
-from dockpose.tracking.chain import Chain, Command, Speeds
+from dockpose.settings import Settings
+from dockpose.tracking.chain import Chain, Command, reach_m
 
 # Cap on the log-odds from one frame: a misidentified light makes a frame more certain than it should be.
 MOST_ODDS = 2.0
@@ -41,12 +42,12 @@ class Hypotheses:
     gap_s: float = 0.0  # time since the dock was last seen
 
     @classmethod
-    def begin(cls, found: Estimate, speeds: Speeds, worth: float) -> Hypotheses | None:
+    def begin(cls, found: Estimate, settings: Settings, worth: float) -> Hypotheses | None:
         """Start from the candidates of a frame; None where it shows no dock."""
         pair = candidates_of(found)
         if pair is None:
             return None
-        first, second = (Chain.begin(pose, speeds) for pose in pair)
+        first, second = (Chain.begin(pose, settings) for pose in pair)
         return cls((first, second), _logistic(_log_odds(found, worth)))
 
     @property
@@ -59,23 +60,18 @@ class Hypotheses:
         """Probability that the likelier chain is right."""
         return max(self.first, 1 - self.first)
 
-    @property
-    def is_ahead(self) -> bool:
-        """Whether the likelier chain is still in front of the camera."""
-        return bool(self.chains[self.chosen].position_m[2] > 0)
-
-    def predict(self, period_s: float, speeds: Speeds, command: Command | None = None) -> Hypotheses:
+    def predict(self, period_s: float, settings: Settings, command: Command | None = None) -> Hypotheses:
         """Predict both chains for the next frame, in which nothing has been seen yet."""
-        first, second = (chain.predict(period_s, speeds, command) for chain in self.chains)
+        first, second = (chain.predict(period_s, settings, command) for chain in self.chains)
         return Hypotheses((first, second), self.first, (None, None), self.age + 1, self.gap_s + period_s)
 
-    def is_within_reach(self, pair: Pair, speeds: Speeds) -> bool:
+    def is_within_reach(self, pair: Pair, settings: Settings) -> bool:
         """Whether the dock, at its top speed, can have reached a frame's candidates since it was last seen."""
         there = self.chains[self.chosen].position_m.tolist()
         for pose in pair:
             distance = math.hypot(*pose.position_m.tolist())
             error = _SURE_SIGMAS * math.hypot(*(pose.sigma_position_m or ())) + _SURE_SHARE * distance
-            if math.dist(pose.position_m.tolist(), there) <= speeds.reach_m(distance, self.gap_s) + error:
+            if math.dist(pose.position_m.tolist(), there) <= reach_m(settings, distance, self.gap_s) + error:
                 return True
         return False
 
@@ -90,15 +86,16 @@ class Hypotheses:
             likelihoods.append(-0.5 * float((squares / variances + np.log(variances)).sum()))
         return max(likelihoods, default=-math.inf)
 
-    def update(self, found: Estimate, speeds: Speeds, worth: float) -> Hypotheses | None:
+    def update(self, found: Estimate, settings: Settings, worth: float) -> Hypotheses | None:
         """Update with the frame that these were predicted for."""
         pair = candidates_of(found)
-        if pair is None or not self.is_within_reach(pair, speeds):
+        if pair is None or not self.is_within_reach(pair, settings):
             return None
         squares, distances = _distances(self.chains, pair)
         twins = (found.lights_on_ring or 0) >= MIN_POINTS  # of three or four lights the candidates need not be
         order, first = posterior(self.first, distances, _log_odds(found, worth) if twins else 0.0)
-        gated = (distances <= _GATE) | (squares <= (speeds.radians * self.gap_s + _GATE_RAD) ** 2)
+        turned = math.radians(settings.max_turn_deg_per_s) * self.gap_s
+        gated = (distances <= _GATE) | (squares <= (turned + _GATE_RAD) ** 2)
         if not gated[(0, 1), order].any():
             return None
         chains = list(self.chains)
@@ -108,9 +105,9 @@ class Hypotheses:
             if gated[number, candidate]:
                 chains[number], seen[number] = chains[number].update(pair[candidate]), index
             elif twins:
-                chains[number], seen[number] = Chain.begin(pair[candidate], speeds), index
+                chains[number], seen[number] = Chain.begin(pair[candidate], settings), index
             else:
-                chains[number] = Chain.begin(_twin(pair[order[1 - number]]), speeds)
+                chains[number] = Chain.begin(_twin(pair[order[1 - number]]), settings)
         first = _mixed(first if twins else self.first, pair)
         return replace(self, chains=(chains[0], chains[1]), first=first, seen=(seen[0], seen[1]), gap_s=0.0)
 

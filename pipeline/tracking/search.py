@@ -10,7 +10,7 @@ from dockpose.estimate import Estimate, estimate
 from dockpose.lights.region import Region
 from dockpose.pose.circle import CirclePose
 from dockpose.settings import Settings
-from dockpose.tracking.chain import Speeds
+from dockpose.tracking.chain import reach_m
 
 _NOMINAL_PERIOD_S = 0.1  # between frames whose times are unknown
 _LEAST_PERIOD_S = 1e-3  # two frames may bear one time
@@ -26,8 +26,7 @@ class Search:
     """Searches frames around the last ring, each 25th as a whole, so that blocks can be searched in any order."""
 
     def __init__(self, camera: Camera, dock: Dock, settings: Settings, *, whole_first: int = 0) -> None:
-        self._camera, self._dock, self._whole_first = camera, dock, whole_first
-        self._speeds = Speeds.of(settings)
+        self._camera, self._dock, self._settings, self._whole_first = camera, dock, settings, whole_first
         # The previous frame's estimate, index and time, and the region around its ring.
         self._last: tuple[Estimate, int, float | None, Region | None] | None = None
 
@@ -62,7 +61,7 @@ class Search:
         if found.ring is not None and found.ring.rivals:  # which of them is tracked is not known here
             return None
         camera, distance = found.camera, float(np.linalg.norm(found.candidates[0].position_m))
-        reach = self._speeds.reach_m(distance, period_s(last_s, time_s)) / distance
+        reach = reach_m(self._settings, distance, period_s(last_s, time_s)) / distance
         margin = _MARGIN_PX + _SHARE * max(ring[2:]) + reach * max(camera.fx, camera.fy)
         across = max(ring[2] + 2 * margin, _LEAST * width)
         down = max(ring[3] + 2 * margin, _LEAST * height)

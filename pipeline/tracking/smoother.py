@@ -9,7 +9,7 @@ from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose
 from dockpose.settings import Settings
-from dockpose.tracking.chain import MEMORY_S, Chain, Speeds, speed_sigmas
+from dockpose.tracking.chain import MEMORY_S, Chain, speed_sigmas
 from dockpose.tracking.hypotheses import links
 from dockpose.tracking.tracker import Tracked
 
@@ -73,7 +73,7 @@ class Smoother:
     """
 
     def __init__(self, camera: Camera, settings: Settings | None = None) -> None:
-        self._camera, self._speeds = camera, Speeds.of(settings or Settings())
+        self._camera, self._settings = camera, settings or Settings()
         self._kept: list[_Kept | None] = []
 
     def note(self, tracked: Tracked) -> None:
@@ -100,7 +100,14 @@ class Smoother:
             if later is None or later.predicted is None:
                 chains, onwards = list(kept.chains), np.ones(2)
             else:
-                chains = [self._smoothed(kept, later, number, chains[number]) for number in (0, 1)]
+                # One that begins anew in the next frame, with a speed that nothing tells, ends here.
+                ends = zip(kept.chains, later.predicted, later.chains, chains, strict=True)
+                chains = [
+                    rts_step(here, predicted, after, later.elapsed_s, self._settings)
+                    if new.variances[1].any()
+                    else here
+                    for here, predicted, new, after in ends
+                ]
                 onwards = later.links @ onwards
                 onwards = onwards / onwards.sum()
             weights = np.array([kept.first, 1 - kept.first]) * onwards
@@ -110,18 +117,11 @@ class Smoother:
             later = kept
         return found
 
-    def _smoothed(self, kept: _Kept, later: _Kept, number: int, after: Chain) -> Chain:
-        """One chain in a frame, given the same smoothed in the next."""
-        filtered = kept.chains[number]
-        if later.predicted is None or not later.chains[number].variances[1].any():
-            return filtered  # there it begins anew, with a speed that nothing tells
-        return rts_step(filtered, later.predicted[number], after, later.elapsed_s, self._speeds)
 
-
-def rts_step(filtered: Chain, predicted: Chain, after: Chain, elapsed_s: float, speeds: Speeds) -> Chain:
+def rts_step(filtered: Chain, predicted: Chain, after: Chain, elapsed_s: float, settings: Settings) -> Chain:
     """One step backwards of the fixed-interval smoother."""
     value, both, rate = filtered.variances
-    rate = np.minimum(rate, speed_sigmas(filtered.state, speeds) ** 2)  # as the prediction takes it
+    rate = np.minimum(rate, speed_sigmas(filtered.state, settings) ** 2)  # as the prediction takes it
     kept = math.exp(-elapsed_s / MEMORY_S)
     moved = MEMORY_S * (1 - kept)
     # P F^T, the covariance of the state and rate here with those in the next frame, and the gain C = P F^T P'^-1.

@@ -12,7 +12,7 @@ from dockpose.estimate import Estimate, estimate
 from dockpose.lights.ellipse import Ellipse
 from dockpose.pose.circle import CirclePose
 from dockpose.settings import Settings
-from dockpose.tracking.chain import Command, Speeds
+from dockpose.tracking.chain import Command
 from dockpose.tracking.hypotheses import Hypotheses, rings_of
 from dockpose.tracking.search import Search, period_s
 
@@ -174,7 +174,6 @@ class Tracker:
     def __init__(self, camera: Camera, dock: Dock, settings: Settings | None = None, *, use_region: bool = True):
         self.camera, self.dock, self.settings = camera, dock, settings or Settings()
         self.use_region = use_region
-        self._speeds = Speeds.of(self.settings)
         self.reset()
 
     def reset(self) -> None:
@@ -203,17 +202,18 @@ class Tracker:
             self.reset()
         elapsed_s = period_s(self._time_s, time_s)
         self._time_s = time_s if time_s is not None else (self._time_s or 0.0) + elapsed_s
-        before = self._state and self._state.predict(elapsed_s, self._speeds, command)
-        rival = self._rival and self._rival.predict(elapsed_s, self._speeds, command)
-        if before is None or before.gap_s > self.settings.lost_after_s or not before.is_ahead:
-            self._state, self._rival, self._elsewhere = Hypotheses.begin(found, self._speeds, WORTH), None, 0
+        before = self._state and self._state.predict(elapsed_s, self.settings, command)
+        rival = self._rival and self._rival.predict(elapsed_s, self.settings, command)
+        ahead_m = 0.0 if before is None else before.chains[before.chosen].position_m[2]
+        if before is None or before.gap_s > self.settings.lost_after_s or not ahead_m > 0:
+            self._state, self._rival, self._elsewhere = Hypotheses.begin(found, self.settings, WORTH), None, 0
             step, self._ring = Step(before, self._state, self._worth(found.ellipse), elapsed_s), found.ellipse
             return _reported(found, step)
         after, worth, rings = None, 0.0, list(rings_of(found))
         for ring in sorted(rings, key=before.log_likelihood, reverse=True):
             if after is None and not (rival and rival.log_likelihood(ring) > before.log_likelihood(ring)):
                 worth = self._worth(ring.ellipse)
-                if after := before.update(ring, self._speeds, worth):
+                if after := before.update(ring, self.settings, worth):
                     found, self._ring = ring, ring.ellipse
         self._state = after or before
         elsewhere = self._seen_elsewhere([ring for ring in rings if after is None or ring is not found], rival)
@@ -226,13 +226,13 @@ class Tracker:
         """Track another dock than the tracked one as well; the ring of it, if any of these rings is."""
         if rival is not None:
             for ring in sorted(rings, key=rival.log_likelihood, reverse=True):
-                if after := rival.update(ring, self._speeds, WORTH_AT_REST):
+                if after := rival.update(ring, self.settings, WORTH_AT_REST):
                     self._rival = after
                     return ring
         self._elsewhere = 0
         self._rival = rival if rival and rival.gap_s <= self.settings.lost_after_s else None
         if rings:
-            self._rival = Hypotheses.begin(rings[0], self._speeds, WORTH)
+            self._rival = Hypotheses.begin(rings[0], self.settings, WORTH)
         return rings[0] if rings else None
 
     def _worth(self, ring: Ellipse | None) -> float:

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from dockpose import Camera
 from dockpose.camera.board import find_board
-from dockpose.camera.fitting import LENSES, climb, fit, sigmas_of
+from dockpose.camera.fitting import LENSES, climb, fit, fit_port, sigmas_of
 from dockpose.camera.port import FlatPort
-from dockpose.camera.port_fit import fit_port
 from dockpose.pose.learned.learning import LearningError, learn_dock
 from msgspec.structs import replace
 
@@ -57,7 +56,7 @@ def test_air_gaps(gap_m):
     for seed in range(6):
         found = fit_port(sightings(replace(TRUE, port=FlatPort(gap_m, 0.010)), seed, count=8), TRUE)
         assert found.camera.port is not None
-        sigma = found.sigmas.values["air_gap"]
+        sigma = found.sigmas.values["air_gap_m"]
         scores.append((found.camera.port.air_gap_m - gap_m) / sigma)
         sigmas_mm.append(1000 * sigma)
     print(f"\nair gap {1000 * gap_m:.0f} mm: sigma {np.mean(sigmas_mm):.2f} mm, error over sigma {np.round(scores, 1)}")

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 from dockpose import Camera, Dock
 from dockpose.pose.circle import rotation_from_angles
-from dockpose.pose.learned.bundle import free_offsets
+from dockpose.pose.learned.learning import free_offsets
 from dockpose.pose.learned.views import DockView
 from dockpose.pose.solve import find_poses
 

@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-from dockpose.pose.circle import CirclePose, PoseErrors
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.uncertainty import PoseErrors
 
 
 def with_sigmas(pose: CirclePose, sigma_position_m: tuple[float, float, float]) -> CirclePose:

@@ -15,7 +15,8 @@ from dockpose import Estimate
 from dockpose.app.errors import UserError, unwritable, writing
 from dockpose.app.state.trust import Trust
 from dockpose.files.durable_files import GrowingFile
-from dockpose.pose.circle import UNKNOWN_ANGLE_RAD2, UNKNOWN_LENGTH_M2, CirclePose
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.uncertainty import UNKNOWN_ANGLE_RAD2, UNKNOWN_LENGTH_M2
 from dockpose.tracking import Track
 
 FRAME_ID, DOCK_FRAME_ID = "camera_optical_frame", "dock"

@@ -1,19 +1,26 @@
-"""Views of a dock: the lights that were seen, their numbers, and how they depend on pose and places."""
+"""Views of a dock: lights and their numbers, alike from view to view, and how they depend on pose and places."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
+from dockpose.pose.choice import Placement, place, refine_with_offsets
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine
-from dockpose.pose.spacing import Placement, place, refine_with_offsets
+from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, on_planes, refine
+from dockpose.pose.uncertainty import cross
 
 FEWEST_LIGHTS = 5  # in a view; fewer leave too little beside its pose
+# Of the numbering of many views.
+_ROUNDS = 20  # at the most; it ends when no chain turns
+_STARTS = 6  # chains that it begins from, the longest
+_CLEAR = 0.25  # of a light's spacing: the farthest that the dock may seem to roll from one frame to the next
+_LIKE = 0.7  # correlation of the unevenness seen by one half of the views and by the other
 
 
 @dataclass(frozen=True)
@@ -42,6 +49,24 @@ class Placed:
         """The same view with its lights numbered from another one on."""
         angle = -turns * 2 * math.pi / count
         return replace(self, rotation=self.rotation @ about_z(angle), lights=(self.lights + turns) % count)
+
+    def residuals_px(self, points_m: np.ndarray) -> np.ndarray:
+        """Pixels (2 N,) between lights seen and the dock's lights at points (lights, 3)."""
+        seen = points_m[self.lights] @ self.rotation.T + self.position_m
+        off = seen[:, :2] / seen[:, 2:] - self.rays.tangents * (1 - self.rays.starts_m / seen[:, 2])[:, None]
+        return np.einsum("nij,nj->ni", np.broadcast_to(self.rays.slopes_px, (len(off), 2, 2)), off).ravel()
+
+    def derivatives(self, points_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Those of the residuals by the pose (2 N, 6) and by each light's own place (N, 2, 3)."""
+        seen = points_m[self.lights] @ self.rotation.T + self.position_m
+        z = seen[:, 2]
+        by_seen = np.zeros((len(seen), 2, 3))
+        by_seen[:, 0, 0] = by_seen[:, 1, 1] = 1 / z
+        by_seen[:, :, 2] = -seen[:, :2] / z[:, None] ** 2 - self.rays.tangents * (self.rays.starts_m / z**2)[:, None]
+        by_point = np.broadcast_to(self.rays.slopes_px, (len(seen), 2, 2)) @ by_seen @ self.rotation
+        # A turn w about the dock's axes moves a point p by w x p.
+        by_pose = np.concatenate([by_point @ self.rotation.T, -by_point @ cross(points_m[self.lights])], axis=2)
+        return by_pose.reshape(-1, 6), by_point
 
 
 def place_view(view: DockView, camera: Camera, dock: Dock) -> Placed | None:
@@ -84,30 +109,95 @@ def about_z(angle: float) -> np.ndarray:
     return cv2.Rodrigues(np.array([0.0, 0.0, angle]))[0]
 
 
-def residuals_px(rays: LightRays, rotation: np.ndarray, position_m: np.ndarray, points_m: np.ndarray) -> np.ndarray:
-    """Pixels (2 N,) between lights seen and lights at points (N, 3) of the dock."""
-    seen = points_m @ rotation.T + position_m
-    off = seen[:, :2] / seen[:, 2:] - rays.tangents * (1 - rays.starts_m / seen[:, 2])[:, None]
-    return np.einsum("nij,nj->ni", np.broadcast_to(rays.slopes_px, (len(off), 2, 2)), off).ravel()
-
-
-def derivatives(each: Placed, points_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Residuals (2 N,), and their derivatives by the pose (2 N, 6) and by each light's own place (N, 2, 3)."""
-    seen = points_m @ each.rotation.T + each.position_m
-    z = seen[:, 2]
-    by_seen = np.zeros((len(seen), 2, 3))
-    by_seen[:, 0, 0] = by_seen[:, 1, 1] = 1 / z
-    by_seen[:, :, 2] = -seen[:, :2] / z[:, None] ** 2 - each.rays.tangents * (each.rays.starts_m / z**2)[:, None]
-    by_seen = np.broadcast_to(each.rays.slopes_px, (len(seen), 2, 2)) @ by_seen
-    by_point = by_seen @ each.rotation
-    x, y, h = points_m.T
-    zero = np.zeros_like(x)
-    # A turn w about the dock's axes moves a point p by w x p.
-    cross = np.array([[zero, h, -y], [-h, zero, x], [y, -x, zero]]).transpose(2, 0, 1)
-    by_pose = np.concatenate([by_seen, by_point @ cross], axis=2).reshape(-1, 6)
-    return residuals_px(each.rays, each.rotation, each.position_m, points_m), by_pose, by_point
-
-
 def is_same(one: np.ndarray, other: np.ndarray) -> bool:
     """Whether two rotations differ by less than a few degrees."""
     return float(np.trace(one.T @ other)) > 3 - 0.01
+
+
+def aligned(placed: Sequence[Placed], dock: Dock) -> list[Placed] | None:
+    """Number the lights alike in all views, by the roll and by unevenness; None where halves of the views differ."""
+    count = dock.lights or 0
+    followed = _chained(placed, count)
+    chains: list[list[int]] = []
+    for index, each in enumerate(followed):
+        if each.follows and chains:
+            chains[-1].append(index)
+        else:
+            chains.append([index])
+    if len(chains) == 1:
+        return followed
+    shifts = [_shifts(each, dock) for each in followed]
+    patterns = [np.stack([shifts[index] for index in chain]) for chain in chains]
+    turns, _ = _turns(patterns, count)
+    if not _halves_agree(patterns, count):
+        return None
+    for chain, turn in zip(chains, turns, strict=True):
+        for index in chain:
+            followed[index] = followed[index].turned(turn, count)
+    return followed
+
+
+def _chained(placed: Sequence[Placed], count: int) -> list[Placed]:
+    """The views, with those that follow another numbered so that the roll changes least."""
+    step = 2 * math.pi / count
+    done: list[Placed] = []
+    for each in placed:
+        if done and each.follows:
+            between = done[-1].rotation.T @ each.rotation
+            rolled = math.atan2(between[1, 0] - between[0, 1], between[0, 0] + between[1, 1])
+            turns = round(rolled / step)
+            # A roll about half-way between two numberings leaves open which.
+            each = replace(each.turned(turns, count), follows=abs(rolled / step - turns) < _CLEAR)
+        done.append(each)
+    return done
+
+
+def _shifts(each: Placed, dock: Dock) -> np.ndarray:
+    """Shift (lights, 2) of each light in the dock's plane, outwards and along the ring, in metres; NaN for unseen."""
+    (flat,) = on_planes(each.rays, each.rotation[None], each.position_m[None])
+    angles = dock.light_angles_rad()[each.lights]
+    out = np.column_stack([np.cos(angles), np.sin(angles)])
+    off = flat - dock.radius * out
+    shifts = np.full((dock.lights or 0, 2), np.nan)
+    shifts[each.lights, 0] = (off * out).sum(axis=1)
+    shifts[each.lights, 1] = off[:, 1] * out[:, 0] - off[:, 0] * out[:, 1]
+    return shifts
+
+
+def _turns(patterns: Sequence[np.ndarray], count: int) -> tuple[list[int], np.ndarray]:
+    """Turn of each chain of views (M, lights, 2) that makes all agree best, and their median (lights, 2) then."""
+    best: tuple[float, list[int], np.ndarray] | None = None
+    longest = sorted(range(len(patterns)), key=lambda index: -np.isfinite(patterns[index]).sum())[:_STARTS]
+    for start in longest:
+        mean, turns = _middle(patterns[start]), [0] * len(patterns)
+        for _ in range(_ROUNDS):
+            costs = np.array([[_cost(pattern, mean, turn) for turn in range(count)] for pattern in patterns])
+            after = [int(turn) for turn in costs.argmin(axis=1)]
+            mean = _middle(np.concatenate([np.roll(p, turn, axis=1) for p, turn in zip(patterns, after, strict=True)]))
+            if after == turns:
+                break
+            turns = after
+        total = float(sum(_cost(pattern, mean, turn) for pattern, turn in zip(patterns, turns, strict=True)))
+        if best is None or total < best[0]:
+            best = (total, turns, mean)
+    assert best is not None
+    return best[1], best[2]
+
+
+def _middle(pattern: np.ndarray) -> np.ndarray:
+    """Mean (lights, 2) over views; 0 for lights that none of them shows."""
+    seen = np.isfinite(pattern)
+    return np.where(seen, pattern, 0.0).sum(axis=0) / np.maximum(1, seen.sum(axis=0))
+
+
+def _cost(pattern: np.ndarray, mean: np.ndarray, turn: int) -> float:
+    return float(np.nansum((np.roll(pattern, turn, axis=1) - mean) ** 2))
+
+
+def _halves_agree(patterns: Sequence[np.ndarray], count: int) -> bool:
+    """Whether every other chain shows the same unevenness as those between them."""
+    if len(patterns) < 4:
+        return True
+    one, other = (_turns(patterns[half::2], count)[1].ravel() for half in (0, 1))
+    likeness = [float(one @ np.roll(other.reshape(-1, 2), turn, axis=0).ravel()) for turn in range(count)]
+    return max(likeness) > _LIKE * float(np.linalg.norm(one) * np.linalg.norm(other))

@@ -25,9 +25,6 @@ def whole_picture(camera: Camera) -> np.ndarray:
 
 def test_pinhole_projects_by_hand():
     np.testing.assert_allclose(PINHOLE.project([[0.1, -0.2, 2.0]]), [[320 + 35, 240 - 69]])
-
-
-def test_ray_through_the_principal_point_is_the_axis():
     np.testing.assert_allclose(PINHOLE.rays([[320, 240]]), [[0, 0, 1]])
 
 
@@ -108,12 +105,9 @@ def test_barrel_distortion_moves_the_corner_inwards_as_the_polynomial_says():
     np.testing.assert_allclose(camera.project([[x, y, 1]]), [[500 * x * factor, 500 * y * factor]])
 
 
-def test_points_behind_the_camera_have_no_image():
+def test_points_behind_the_camera_have_no_image_and_no_points_are_no_fault():
     image = PINHOLE.project([[0, 0, 1], [0, 0, -1], [0.1, 0, 0]])
     assert np.isfinite(image).all(axis=1).tolist() == [True, False, False]
-
-
-def test_no_points_are_no_fault():
     assert PINHOLE.project(np.empty((0, 3))).shape == (0, 2)
     assert BARREL.undistort(np.empty((0, 2))).shape == (0, 2)
 
@@ -127,6 +121,8 @@ def test_a_rescaled_picture_scales_the_intrinsics_about_pixel_corners():
     half = PINHOLE.for_size(320, 240)
     assert (half.fx, half.fy, half.cx, half.cy) == (350, 345, 159.75, 119.75)
     assert PINHOLE.for_size(640, 480) is PINHOLE
+    with pytest.raises(ValueError, match=r"640 x 400 .* 640 x 480"):  # a crop
+        PINHOLE.for_size(640, 400)
 
 
 def test_rescaled_intrinsics_agree_with_a_picture_that_opencv_shrank():
@@ -136,11 +132,6 @@ def test_rescaled_intrinsics_agree_with_a_picture_that_opencv_shrank():
     (y,), (x,) = np.nonzero(small)
     ray = PINHOLE.rays([[201.5, 101.5]])
     np.testing.assert_allclose(PINHOLE.for_size(160, 120).project(ray), [[x, y]], atol=1e-9)
-
-
-def test_a_cropped_picture_is_refused_by_its_size():
-    with pytest.raises(ValueError, match=r"640 x 400 .* 640 x 480"):
-        PINHOLE.for_size(640, 400)
 
 
 @pytest.mark.parametrize(

@@ -38,11 +38,6 @@ def test_tilts_are_told_apart():
 def test_all_that_is_missing_is_named_and_nothing_where_all_is_there():
     assert [words for words in coverage_of([seen((320, 240))], SIZE).wanted if "nearer and farther" in words]
     many = coverage_of(sightings(TRUE, 0, count=60), SIZE, TRUE.fx)
-    assert many.is_enough
-    assert many.share == 1
-
-
-def test_without_a_board_everything_is_missing():
+    assert (many.is_enough, many.share) == (True, 1)
     nothing = coverage_of([], SIZE)
-    assert nothing.share == 0
-    assert not nothing.is_enough
+    assert (nothing.is_enough, nothing.share) == (False, 0)

@@ -24,9 +24,7 @@ NORMAL = -rotation_from_angles(*ANGLES)[:, 2]
 
 
 def seen(dock, which, camera=CAMERA):
-    rotation = rotation_from_angles(*ANGLES)
-    turn = np.array([[math.cos(ROLL), -math.sin(ROLL), 0], [math.sin(ROLL), math.cos(ROLL), 0], [0, 0, 1]])
-    return camera.project(POSITION + dock.light_points()[list(which)] @ (rotation @ turn).T)
+    return camera.project(POSITION + dock.light_points()[list(which)] @ rotation_from_angles(*ANGLES, ROLL).T)
 
 
 @pytest.mark.parametrize("camera", [CAMERA, WET])

@@ -33,15 +33,6 @@ def test_the_error_of_a_pose(found, distance_cm, angle_deg, agrees):
     assert str(error) == f"off by {distance_cm:.1f} cm, {angle_deg:.1f} deg"
 
 
-def test_no_error_without_a_known_or_an_estimated_pose():
-    assert pose_error(pose([0.0, 0.05, 0.9], 25.0, -20.0), None) is None
-    assert pose_error(None, KNOWN) is None
-
-
-def test_a_truth_is_read_and_what_else_it_tells_left_aside():
-    assert read_known_pose(TOLD | {"normal": [0, 0, -1], "visible": [True]}) == KNOWN
-
-
 @pytest.mark.parametrize(
     "truth",
     [
@@ -57,3 +48,9 @@ def test_a_truth_is_read_and_what_else_it_tells_left_aside():
 )
 def test_what_is_no_truth_is_not_read(truth):
     assert read_known_pose(truth) is None
+    assert read_known_pose(TOLD | {"normal": [0, 0, -1], "visible": [True]}) == KNOWN
+
+
+def test_no_error_without_a_known_or_an_estimated_pose():
+    assert pose_error(pose([0.0, 0.05, 0.9], 25.0, -20.0), None) is None
+    assert pose_error(None, KNOWN) is None

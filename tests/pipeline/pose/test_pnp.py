@@ -15,8 +15,7 @@ POSITION, NORMAL = np.array([0.1, -0.08, 1.1]), -rotation_from_angles(0.3, -0.45
 
 
 def seen(which, roll=1.9, noise_px=0.0, seed=0):
-    turn = np.array([[math.cos(roll), -math.sin(roll), 0], [math.sin(roll), math.cos(roll), 0], [0, 0, 1]])
-    points = CAMERA.project(POSITION + DOCK.light_points()[list(which)] @ (rotation_from_angles(0.3, -0.45) @ turn).T)
+    points = CAMERA.project(POSITION + DOCK.light_points()[list(which)] @ rotation_from_angles(0.3, -0.45, roll).T)
     return points + np.random.default_rng(seed).normal(0, 1, points.shape) * noise_px
 
 

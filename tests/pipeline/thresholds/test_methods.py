@@ -7,7 +7,7 @@ from dockpose import Settings, estimate, register_threshold
 from dockpose.app.processing.comparison import compare
 from dockpose.palette import rgb
 from dockpose.simulate import render
-from dockpose.thresholds import METHODS, Histogram, Threshold
+from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, histogram_of
 from dockpose.thresholds.histogram import threshold_at
 from dockpose.thresholds.methods import Entry
 
@@ -130,3 +130,128 @@ def test_packages_are_loaded_when_asked_for_and_may_use_the_decorator_too(tmp_pa
         "the threshold method 'glow' of otherlab is left out: there is a threshold method 'glow' already, "
         "glowlab.glow\n"
     )
+
+
+# Of what one registers.
+
+GREY = np.array([[10, 10, 10, 10], [10, 200, 10, 90], [10, 10, 10, 80]], np.uint8)
+
+
+def threshold_by(function, grey: np.ndarray = GREY, counted=None):
+    with registered(mine=("Mine", function)):
+        return METHODS["mine"](histogram_of(grey, counted), 1, None)
+
+
+@pytest.mark.parametrize(
+    ("returned", "level"), [(80, 80), (79.5, 80), (np.float32(79.1), 80), (np.array(80), 80), (0, 0), (256, 256)]
+)
+def test_a_level_keeps_pixels_at_or_above_it(returned, level):
+    threshold = threshold_by(lambda grey: returned)
+    assert (threshold.method, threshold.level, threshold.native_level) == ("mine", level, level)
+    assert threshold.reason == f"Mine returned level {level}."
+    assert threshold.histogram[[10, 80, 90, 200]].tolist() == [9, 1, 1, 1]
+
+
+def test_16_bits_come_as_they_are_and_their_level_goes_up_to_one_of_256():
+    seen = []
+    threshold = threshold_by(lambda grey: seen.append(grey) or 20_001, GREY.astype(np.uint16) << 8)
+    assert seen[0].dtype == np.uint16
+    assert seen[0].max() == 200 * 256
+    assert (threshold.level, threshold.native_level) == (79, 79 * 256)  # 20,001 / 256 = 78.1
+    twelve = threshold_by(lambda grey: 1000, GREY.astype(np.uint16) << 4)
+    assert (twelve.level, twelve.native_level) == (63, 1008)
+    assert threshold_by(lambda grey: 65536, GREY.astype(np.uint16) << 4).level == 256
+
+
+def test_a_mask_keeps_its_groups_whatever_their_levels():
+    threshold = threshold_by(lambda grey: (grey > 50) & (grey < 100))
+    assert threshold.kept is not None
+    pixels, groups = threshold.kept
+    assert pixels.index.tolist() == [7, 11]
+    assert pixels.level.tolist() == [90, 80]
+    assert groups.tolist() == [0, 0]
+    assert threshold.level == 80
+    assert "keeps 2 pixels" in threshold.reason
+
+
+def test_a_mask_keeps_nothing_of_what_is_masked():
+    counted = np.ones(GREY.shape, np.uint8)
+    counted[:, 3] = 0
+    threshold = threshold_by(lambda grey: np.ones(grey.shape, bool), GREY, counted)
+    assert threshold.kept is not None
+    assert threshold.kept[0].index.tolist() == [0, 1, 2, 4, 5, 6, 8, 9, 10]
+    nothing = threshold_by(lambda grey: np.zeros(grey.shape, bool))
+    assert (nothing.level, nothing.kept) == (256, None)
+
+
+def test_the_function_may_change_its_picture():
+    grey = GREY.copy()
+    threshold_by(lambda given: given.fill(0) or 80, grey)
+    assert (grey == GREY).all()
+
+
+@pytest.mark.parametrize(
+    ("returned", "words"),
+    [
+        (None, r"returned None; it must return a level or a mask \(3, 4\) of bool"),
+        (True, "returned a bool; it must"),
+        ("80", "returned a str; it must"),
+        ((80.0, GREY), "returned a tuple; it must"),
+        (3j, "returned a complex; it must"),
+        (np.nan, "returned nan; a level of this picture is from 0 to 256, where 256 keeps nothing"),
+        (-1, "returned -1; a level"),
+        (257, "returned 257; a level"),
+        (np.inf, "returned inf; a level"),
+        (GREY, r"returned an array \(3, 4\) of uint8; a mask of this picture is \(3, 4\) of bool"),
+        (np.ones((2, 2), bool), r"returned an array \(2, 2\) of bool; a mask of this picture is \(3, 4\) of bool"),
+        (np.array(["a"]), r"returned an array \(1,\) of <U1"),
+    ],
+)
+def test_what_is_neither_level_nor_mask_is_refused_by_name(returned, words):
+    with pytest.raises(MethodError, match=f"threshold method 'mine' {words}"):
+        threshold_by(lambda grey: returned)
+
+
+@pytest.mark.parametrize("error", [ZeroDivisionError("by\nzero"), KeyError(), SystemExit(3), MemoryError("much")])
+def test_whatever_is_raised_is_one_sentence_with_the_place(error):
+    def fails(grey):
+        raise error
+
+    with pytest.raises(MethodError) as caught:
+        threshold_by(fails)
+    told = str(caught.value)
+    assert told.startswith(f"threshold method 'mine' failed: {type(error).__name__}")
+    assert told.endswith(f"(test_methods.py, line {fails.__code__.co_firstlineno + 1})")
+    assert "\n" not in told
+
+
+def test_ctrl_c_goes_through():
+    def stopped(grey):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        threshold_by(stopped)
+
+
+def test_an_estimate_by_a_level_and_by_a_mask_of_ones_own():
+    image, _ = render(random_scene(1))
+    level = estimate(image, CAMERA, DOCK, Settings(method="otsu")).threshold.level  # pyright: ignore
+    fixed = estimate(image, CAMERA, DOCK, Settings(method="fixed", level=level))
+    with registered(by_level=("By level", lambda grey: level), by_mask=("By mask", lambda grey: grey >= level)):
+        found = [estimate(image, CAMERA, DOCK, Settings(method=name)) for name in ("by_level", "by_mask")]
+        # Of a region the function gets that part alone, and what it keeps is in the pixels of the whole.
+        region = estimate(image, CAMERA, DOCK, Settings(method="by_mask"), region=(100, 60, 500, 400))
+    for one in (*found, region):
+        assert one.status == "ok"
+        assert one.lights_on_ring == fixed.lights_on_ring
+        assert one.selected is not None
+        assert one.selected.position_m == pytest.approx(fixed.selected.position_m, abs=1e-3)  # pyright: ignore
+
+
+def test_an_estimate_by_a_method_that_fails_says_so_and_raises_nothing():
+    with registered(broken=("Broken", lambda grey: 1 // 0)):
+        found = estimate(GREY, CAMERA.for_size(4, 3), DOCK, Settings(method="broken"))
+    assert found.status == "method_failed"
+    assert found.message.startswith("Threshold method 'broken' failed: ZeroDivisionError: ")
+    assert found.threshold is None
+    assert found.to_dict()["candidates"] == []

@@ -36,7 +36,8 @@ def test_groups_at_every_level_by_hand():
     assert groups[0] == -1
 
 
-def test_groups_below_the_minimum_area_do_not_count():
+def test_groups_below_the_minimum_area_do_not_count_and_a_picture_with_nothing_lit_has_none():
+    assert groups_of(np.zeros((4, 4), np.uint8), 1, min_area_px=1)[1:].tolist() == [0] * 255
     image = np.array([[9, 0, 9, 9], [0, 0, 9, 9]], np.uint8)
     assert [int(groups_of(image, 5, area)[9]) for area in (1, 2, 4, 5)] == [2, 1, 1, 0]
 
@@ -69,10 +70,6 @@ def test_groups_of_bright_pixels_are_those_of_opencv(seed):
     assert len(pairs) == count  # one of ours for each of theirs
 
 
-def test_a_picture_with_nothing_lit_has_no_groups():
-    assert groups_of(np.zeros((4, 4), np.uint8), 1, min_area_px=1)[1:].tolist() == [0] * 255
-
-
 def test_the_picture_is_searched_once_and_the_lowest_floor_serves_all():
     histogram = histogram_of(spots(200, 100))
     low = histogram.bright(50)
@@ -81,17 +78,11 @@ def test_the_picture_is_searched_once_and_the_lowest_floor_serves_all():
     assert histogram.bright(50) is low
 
 
-def test_hats_keeps_equal_lights_apart():
-    threshold = hats(histogram_of(spots(200, 200, 200)), min_area_px=4)
-    assert threshold.groups_at_level[threshold.level] == 3
-    assert threshold.level == 200  # of all the levels with three groups, the brightest
-
-
-def test_hats_goes_down_to_the_dimmer_lights():
-    threshold = hats(histogram_of(spots(250, 250, 180, 120, 90)), min_area_px=4)
-    assert threshold.groups_at_level[threshold.level] == 5
-    assert 50 < threshold.level <= 90  # 50 is the dimmest light's own frame
-    assert threshold.level == 90
+@pytest.mark.parametrize("peaks", [(200, 200, 200), (250, 250, 180, 120, 90)])
+def test_hats_goes_down_to_the_dimmest_light_and_no_farther(peaks):
+    threshold = hats(histogram_of(spots(*peaks)), min_area_px=4)
+    assert threshold.groups_at_level[threshold.level] == len(peaks)
+    assert threshold.level == min(peaks)  # of all the levels with so many groups, the brightest
 
 
 def test_hats_separates_lights_whose_glow_runs_together():
@@ -123,22 +114,14 @@ def test_the_curve_and_the_candidates_are_kept():
     assert "3 groups" in threshold.reason
 
 
-@pytest.mark.parametrize("level", [0, 7, 128, 255])
-def test_a_constant_picture_has_no_lights(level):
-    threshold = hats(histogram_of(np.full((30, 40), level, np.uint8)), min_area_px=4)
+NOISE = np.clip(np.random.default_rng(0).normal(40, 5, (480, 640)), 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("image", [*(np.full((30, 40), level, np.uint8) for level in (0, 7, 128, 255)), NOISE])
+def test_a_picture_of_one_level_or_of_noise_has_no_lights(image):
+    threshold = hats(histogram_of(image), min_area_px=4)
     assert threshold.level == 256
     assert "Nothing" in threshold.reason
-
-
-def test_pure_noise_has_no_lights():
-    noise = np.clip(np.random.default_rng(0).normal(40, 5, (480, 640)), 0, 255).astype(np.uint8)
-    assert hats(histogram_of(noise), min_area_px=4).level == 256
-
-
-def test_16_bit_levels_stand_for_256_native_steps():
-    image = spots(200, 200, 200).astype(np.uint16) * 256
-    threshold = hats(histogram_of(image), min_area_px=4)
-    assert (threshold.level, threshold.native_level) == (200, 200 * 256)
 
 
 def test_the_background_ends_where_levels_have_too_few_pixels_to_be_water():
@@ -235,6 +218,7 @@ def test_the_noise_is_measured_beside_lights(sigma):
     assert found == pytest.approx(sigma, rel=0.15)
 
 
+BY_THE_PICTURE = pytest.mark.parametrize("method", [name for name in METHODS if name != "fixed"])
 FLAT = {
     "black": np.zeros((20, 30), np.uint8),
     "white": np.full((20, 30), 255, np.uint8),
@@ -244,7 +228,7 @@ FLAT = {
 }
 
 
-@pytest.mark.parametrize("method", [name for name in METHODS if name != "fixed"])
+@BY_THE_PICTURE
 @pytest.mark.parametrize("kind", FLAT)
 def test_a_picture_of_one_level_keeps_nothing(method, kind):
     threshold = METHODS[method](histogram_of(FLAT[kind]), 2, 0)
@@ -253,17 +237,18 @@ def test_a_picture_of_one_level_keeps_nothing(method, kind):
     assert threshold.reason.endswith(".")
 
 
-@pytest.mark.parametrize("method", [name for name in METHODS if name != "fixed"])
-def test_two_levels_are_told_apart(method):
+@BY_THE_PICTURE
+def test_two_levels_are_told_apart_of_8_and_of_16_bits(method):
     image = np.full((60, 80), 30, np.uint8)
     image[20:25, 20:25] = image[40:44, 60:64] = 200
-    threshold = METHODS[method](histogram_of(image), 2, 0)
+    threshold, deep = (METHODS[method](histogram_of(each), 2, 0) for each in (image, image.astype(np.uint16) << 8))
     assert 30 < threshold.level <= 200
     assert threshold.level <= threshold.native_level
+    assert (deep.level, deep.native_level) == (threshold.level, 256 * threshold.level)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", [name for name in METHODS if name != "fixed"])
+@BY_THE_PICTURE
 @pytest.mark.parametrize("seed", range(3))
 def test_16_bit_pictures_have_the_level_of_their_256_bins(method, seed):
     image, _ = render(random_scene(seed))
@@ -272,7 +257,7 @@ def test_16_bit_pictures_have_the_level_of_their_256_bins(method, seed):
     assert (large.level, large.native_level) == (small.level, 256 * small.level)
 
 
-@pytest.mark.parametrize("method", [name for name in METHODS if name != "fixed"])
+@BY_THE_PICTURE
 def test_saturated_lights_are_kept(method):
     image = np.clip(np.random.default_rng(0).normal(20, 2, (120, 160)), 0, 255).astype(np.uint8)
     for x in range(20, 150, 30):

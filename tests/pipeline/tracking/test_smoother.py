@@ -12,7 +12,7 @@ from dockpose import Settings, Tracker
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.simulate import Approach, FilmPlan
 from dockpose.simulate.sequence import scenes
-from dockpose.tracking.chain import MEMORY_S, Chain, Speeds
+from dockpose.tracking.chain import MEMORY_S, Chain
 from dockpose.tracking.hypotheses import Hypotheses, links
 from dockpose.tracking.smoother import Smoother, rts_step
 
@@ -28,7 +28,8 @@ def seen(position_m, theta_x, theta_y, noise_px, rng):
 def test_it_is_the_solution_of_all_equations_at_once():
     """Per axis x and its rate r: the prior, Ornstein-Uhlenbeck steps and measurements, as one least-squares problem."""
     rng = np.random.default_rng(0)
-    speeds = Speeds(0.6, 1e-9)  # no turning, so that the noise of the rates is the same at every distance
+    # Without turning the noise of the rates is the same at every distance.
+    settings = Settings(max_speed_m_per_s=0.6, max_turn_deg_per_s=1e-7)
     sigma_rate, times = 0.6 / 3, np.cumsum(rng.uniform(0.05, 0.4, 25))
     way = np.column_stack([0.1 * np.sin(times), 0.05 * times, 2.0 - 0.1 * times])
     known = {"sigma_position_m": (0.01,) * 3, "sigma_theta_rad": (0.01, 0.01)}
@@ -36,13 +37,13 @@ def test_it_is_the_solution_of_all_equations_at_once():
     poses = [CirclePose(at, np.array([0.0, 0.0, -1.0]), np.zeros(2), **known) for at in noisy]
     is_seen = rng.random(25) > 0.3
     is_seen[0] = True
-    filtered, predicted = [Chain.begin(poses[0], speeds)], [None]
+    filtered, predicted = [Chain.begin(poses[0], settings)], [None]
     for k in range(1, 25):
-        predicted.append(filtered[-1].predict(times[k] - times[k - 1], speeds))
+        predicted.append(filtered[-1].predict(times[k] - times[k - 1], settings))
         filtered.append(predicted[k].update(poses[k]) if is_seen[k] else predicted[k])
     chain, smoothed = filtered[-1], [filtered[-1]]
     for k in range(23, -1, -1):
-        chain = rts_step(filtered[k], predicted[k + 1], chain, times[k + 1] - times[k], speeds)
+        chain = rts_step(filtered[k], predicted[k + 1], chain, times[k + 1] - times[k], settings)
         smoothed.insert(0, chain)
     for axis in range(3):
         H, y = np.zeros((50, 50)), np.zeros(50)
@@ -183,11 +184,11 @@ def test_a_track_that_begins_anew_is_smoothed_by_itself():
 def test_links_are_those_of_the_filter(first):
     """From whatever probability before, they lead to the filter's own after, as it bounds neither here."""
     rng = np.random.default_rng(4)
-    speeds = Speeds.of(Settings())
+    settings = Settings()
     for angle in np.radians([2.0, 6.0, 15.0]):
-        begun = Hypotheses.begin(seen((0.0, 0.0, 2.0), 0.05, angle, 0.3, rng), speeds, 0.4)
-        before = Hypotheses(begun.chains, first).predict(0.1, speeds)
+        begun = Hypotheses.begin(seen((0.0, 0.0, 2.0), 0.05, angle, 0.3, rng), settings, 0.4)
+        before = Hypotheses(begun.chains, first).predict(0.1, settings)
         found = seen((0.0, 0.0, 1.98), 0.05, angle, 0.3, rng)
-        after = before.update(found, speeds, 0.4)
+        after = before.update(found, settings, 0.4)
         weights = np.array([first, 1 - first]) @ links(before, found, 0.4)
         assert weights[0] / weights.sum() == pytest.approx(after.first, abs=1e-9)

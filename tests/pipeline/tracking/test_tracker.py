@@ -16,14 +16,13 @@ from dockpose.pose.solve import find_poses
 from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Lights, Pose, Scene, film
 from dockpose.simulate.sequence import steer
 from dockpose.tracking import NO_TRACK
-from dockpose.tracking.chain import Chain, Speeds
+from dockpose.tracking.chain import Chain
 from dockpose.tracking.hypotheses import posterior
 
 from tests.support.scenes import CAMERA, DOCK
 from tests.support.two_docks import drawn, follow, lights_m, stays
 
 UNKNOWN = Dock(diameter=0.30)  # how many lights it has is not known
-SPEEDS = Speeds.of(Settings())
 NOTHING = Estimate("no_lights", "No lights.", 640, 480, 8, CAMERA, DOCK, Settings())
 
 
@@ -39,9 +38,7 @@ def shown(position_m, rotation, *, dock=DOCK, noise_px=0.05, seed=0, rng=None):
     points = points + (rng or np.random.default_rng([seed, 5])).normal(0, noise_px, points.shape)
     ellipse, choice = find_poses(points, CAMERA, dock)
     found = Ring(np.ones(len(points), dtype=bool), "")
-    return Estimate(
-        "ok", "", 640, 480, 8, CAMERA, dock, Settings(), None, None, ring=found, ellipse=ellipse, choice=choice
-    )
+    return replace(NOTHING, status="ok", message="", dock=dock, ring=found, ellipse=ellipse, choice=choice)
 
 
 def facing(theta_x_deg, theta_y_deg):
@@ -98,25 +95,25 @@ def pose_at(position_m, normal=(0.0, 0.0, -1.0)):
 
 
 def test_a_chain_learns_a_steady_speed():
-    chain = Chain.begin(pose_at((0.0, 0.0, 2.0)), SPEEDS)
+    chain = Chain.begin(pose_at((0.0, 0.0, 2.0)), Settings())
     for step in range(1, 20):
-        chain = chain.predict(0.1, SPEEDS).update(pose_at((0.03 * step, 0.0, 2.0 - 0.02 * step)))
-    ahead = chain.predict(0.1, SPEEDS).position_m
+        chain = chain.predict(0.1, Settings()).update(pose_at((0.03 * step, 0.0, 2.0 - 0.02 * step)))
+    ahead = chain.predict(0.1, Settings()).position_m
     np.testing.assert_allclose(ahead, (0.03 * 20, 0.0, 2.0 - 0.02 * 20), atol=0.004)
 
 
 def test_a_known_motion_is_exact():
     # The camera goes 0.2 m to the right, then turns 90 degrees to the left: what was ahead lies to its right.
     turn = cv2.Rodrigues(np.array([0.0, -math.pi / 2, 0.0]))[0]
-    chain = Chain.begin(pose_at((0.2, 0.0, 2.0), (0.0, 0.0, -1.0)), SPEEDS)
-    moved = chain.predict(0.1, SPEEDS, (np.array([0.2, 0.0, 0.0]), turn))
+    chain = Chain.begin(pose_at((0.2, 0.0, 2.0), (0.0, 0.0, -1.0)), Settings())
+    moved = chain.predict(0.1, Settings(), (np.array([0.2, 0.0, 0.0]), turn))
     np.testing.assert_allclose(moved.position_m, (2, 0, 0), atol=1e-12)
     np.testing.assert_allclose(moved.normal, (-1, 0, 0), atol=1e-12)
 
 
 def test_what_is_not_seen_becomes_less_certain():
-    chain = Chain.begin(pose_at((0.0, 0.0, 2.0)), SPEEDS)
-    spreads = [chain.predict(time_s, SPEEDS).variances[0].tolist() for time_s in (0.05, 0.1, 0.5)]
+    chain = Chain.begin(pose_at((0.0, 0.0, 2.0)), Settings())
+    spreads = [chain.predict(time_s, Settings()).variances[0].tolist() for time_s in (0.05, 0.1, 0.5)]
     assert (np.diff(spreads, axis=0) > 0).all()
 
 
@@ -206,12 +203,6 @@ def test_a_dock_that_is_gone_is_predicted_and_then_lost(times):
             assert result.to_dict()["selected"] is None
 
 
-def test_nothing_is_guessed_before_the_dock_was_seen():
-    result = Tracker(CAMERA, DOCK).follow(NOTHING, 0.0)
-    assert result.track.lost
-    assert (result.pose, result.filtered, result.selected, result.track.probability) == (None, None, None, None)
-
-
 def test_a_ring_somewhere_else_does_not_continue_the_track():
     tracker, rotation = Tracker(CAMERA, DOCK), facing(10, 20)
     for step in range(30):
@@ -229,21 +220,15 @@ def test_a_ring_somewhere_else_does_not_continue_the_track():
             assert result.track.age == (step + 1 if step < 20 else step - 19)
 
 
-def test_a_film_that_starts_again_is_a_new_track():
-    tracker, rotation = Tracker(CAMERA, DOCK), facing(10, 20)
-    ages = [
-        tracker.follow(shown((0.1, 0.0, 1.5), rotation, seed=k), t).track.age for k, t in enumerate((0, 0.1, 0.2, 0, 1))
-    ]
-    assert ages == [1, 2, 3, 1, 2]
-
-
-def test_without_times_frames_are_a_tenth_of_a_second_apart():
-    rotation = facing(10, 20)
-    found = [shown((0.1 + 0.01 * step, 0.0, 1.5), rotation, seed=step) for step in range(12)]
-    timed, untimed = Tracker(CAMERA, DOCK), Tracker(CAMERA, DOCK)
-    for step, each in enumerate(found):
-        one, other = timed.follow(each, 0.1 * step), untimed.follow(each)
+def test_without_times_frames_are_a_tenth_of_a_second_apart_and_a_film_that_starts_again_is_a_new_track():
+    result, timed, untimed = Tracker(CAMERA, DOCK).follow(NOTHING, 0.0), Tracker(CAMERA, DOCK), Tracker(CAMERA, DOCK)
+    assert result.track.lost
+    assert (result.pose, result.filtered, result.selected, result.track.probability) == (None, None, None, None)
+    for step in range(12):
+        found = shown((0.1 + 0.01 * step, 0.0, 1.5), facing(10, 20), seed=step)
+        one, other = timed.follow(found, 0.1 * step), untimed.follow(found)
         assert one.track.probability == pytest.approx(other.track.probability)
+    assert [timed.follow(found, time_s).track.age for time_s in (1.2, 0, 1)] == [13, 1, 2]
 
 
 def test_a_dock_that_turns_through_square_on_is_followed():
@@ -392,12 +377,11 @@ def test_a_second_dock_takes_over_where_the_first_is_gone():
 @pytest.mark.slow
 def test_a_region_does_not_hold_on_to_a_part_of_the_ring():
     # From one frame to the next the dock is five times as large: the region then shows but a part of it.
-    far = Scene(camera=CAMERA, dock=DOCK, pose=Pose(position_m=(0.0, 0.0, 4.0), theta_x_deg=20.0), seed=1)
-    far = FilmPlan(scene=far, motion=Hover(frames=5, drift_m=0.0, drift_deg=0.0))
-    near = Scene(camera=CAMERA, dock=DOCK, pose=Pose(position_m=(0.0, 0.0, 0.8), theta_x_deg=20.0), seed=1)
-    near = FilmPlan(scene=near, motion=Hover(frames=5, drift_m=0.0, drift_deg=0.0))
+    poses = [Pose(position_m=(0.0, 0.0, z), theta_x_deg=20.0) for z in (4.0, 0.8)]
+    still = Hover(frames=5, drift_m=0.0, drift_deg=0.0)
+    plans = [FilmPlan(scene=Scene(camera=CAMERA, dock=DOCK, pose=pose, seed=1), motion=still) for pose in poses]
     tracker = Tracker(CAMERA, DOCK, Settings(max_speed_m_per_s=100.0))
-    images = [frame.image for sequence in (far, near) for frame in film(sequence)]
+    images = [frame.image for plan in plans for frame in film(plan)]
     found = [tracker.see(image, 0.1 * number) for number, image in enumerate(images)]
     assert [each.estimate.lights_on_ring for each in found[5:]] == [10] * 5
     assert found[-1].pose.position_m[2] == pytest.approx(0.8, rel=0.01)

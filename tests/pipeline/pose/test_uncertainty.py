@@ -11,8 +11,8 @@ from dockpose.camera.port import FlatPort
 from dockpose.camera.sigma import errors_of, moved
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, rotation_from_angles
-from dockpose.pose.shared import PARTS
 from dockpose.pose.solve import find_poses
+from dockpose.pose.uncertainty import PARTS
 from dockpose.study.judge import nearest, signed_errors
 
 PINHOLE = Camera(700, 700, 319.5, 239.5, 640, 480)

@@ -90,7 +90,9 @@ def _spelt(character: str) -> str:
 def make_plain(struct: msgspec.Struct) -> None:
     """Replace, in place, numpy's numbers and arrays among a struct's fields by Python's numbers and tuples."""
     for name in struct.__struct_fields__:
-        msgspec.structs.force_setattr(struct, name, _plain(getattr(struct, name)))
+        value = getattr(struct, name)
+        if isinstance(value, (np.generic, np.ndarray, list, tuple)):
+            msgspec.structs.force_setattr(struct, name, _plain(value))
 
 
 def _plain(value: Any) -> Any:

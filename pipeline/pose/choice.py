@@ -11,11 +11,15 @@ from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, angles_of
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at
 from dockpose.pose.uncertainty import PoseErrors, SharedErrors, deviations, log_odds, nearer, noise_px
+from scipy.special import fdtrc
 
 DECIDED = 0.95  # the choice counts as decided from this probability on
 SAME_RAD = math.radians(0.2)  # poses whose normals differ by less than this are the same
 _SLID = 0.25  # if refinement shrinks the angle between two poses to this share, they have become the same
 _NO_CHANCE = 100.0  # sum of squares, relative to the other's, of a pose on whose ring the points match no lights
+# Lights that a hand spaced by eye are off along the rim: more than noise does to a centre, and more than across it by
+# what chance hardly does (Fisher's F).
+_PLACED_PX, _LEAST_PX, _NO_SLIDE = 0.5, 0.05, 1e-3
 
 WITHIN = 0.25  # of the mean spacing: points farther than this from every light are not the dock's
 _WORTH = 1.0  # penalty for a wrong colour, in squared mean spacings: more than the largest allowed offset
@@ -88,6 +92,8 @@ def choose_by_spacing(
     squares = np.where(fits, squares, np.maximum(squares, _NO_CHANCE * (squares[fits].min() + 1.0))).tolist()
     first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], fit.numbers)))
     by = "colours" if labels is not None and dock.colours and any(labels) else "spacing"
+    if not dock.offsets_m:
+        fit = _slid(fit, placement, dock, rays)
     return choice_of(fit, [first, 1 - first], placement, by, camera, dock, rays)
 
 
@@ -103,6 +109,27 @@ def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, dock: D
     offsets = offsets_of(dock, placement.lights[back], placement.rolls_rad[back]) if dock.offsets_m else None
     squares[back] = squares_at(R[back], t[back], placement.angles_rad[back], dock.radius, rays, offsets)
     return Fit(rotations, positions, squares, fit.covariances, fit.numbers, fit.points)
+
+
+def _slid(fit: Fit, placement: Placement, dock: Dock, rays: LightRays) -> Fit:
+    """The poses of lights that may slide along the rim, where they lie far more exactly on it than in their places."""
+    count, spare, best = fit.points, fit.points - 5, int(np.argmin(fit.squares_px2))
+    least = float(fit.squares_px2[best])
+    if spare < 1 or least < count * _PLACED_PX**2:
+        return fit
+    free = refine(fit.rotations, fit.positions_m, None, dock.radius, rays)
+    across = max(float(free.squares_px2[best]), count * _LEAST_PX**2) / spare
+    along = (least - float(free.squares_px2[best])) / (count - 1)
+    if fdtrc(count - 1, spare, max(0.0, along) / across) > _NO_SLIDE:
+        return fit
+    noises = noise_px(across * spare, count, 5), noise_px(least, fit.numbers, 6)
+    covariances = free.covariances * (noises[0] / noises[1]) ** 2
+    covariances[:, 5, 5] = fit.covariances[:, 5, 5]  # the roll is known by the places alone
+    squares = [
+        squares_at(R, t, angles, dock.radius, rays, None)
+        for R, t, angles in zip(free.rotations, free.positions_m, placement.angles_rad, strict=True)
+    ]
+    return Fit(free.rotations, free.positions_m, np.array(squares), covariances, fit.numbers, count)
 
 
 def choice_of(

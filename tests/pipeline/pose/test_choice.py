@@ -43,6 +43,37 @@ def test_even_spacing_tells_the_right_pose(angles, skip):
     assert first.rms_px < 1e-4 < second.rms_px
 
 
+def spaced_by_eye(seed, across_m=0.0):
+    """Points of a dock whose ten lights are up to 3 degrees off along the rim, and ``across_m`` off it."""
+    rng = np.random.default_rng(seed)
+    angles = np.arange(10) * math.pi / 5 + np.radians(rng.uniform(-3, 3, 10))
+    radii = DOCK.radius + rng.normal(0, across_m, 10)
+    lights = np.column_stack([radii * np.cos(angles), radii * np.sin(angles), np.zeros(10)])
+    rotation = rotation_from_angles(0.3, 0.5, 0.2)
+    points = CAMERA.project(np.array([0.1, -0.05, 1.2]) + lights @ rotation.T)
+    return points + rng.normal(0, 0.05, points.shape), -rotation[:, 2]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_lights_spaced_by_eye_on_a_true_rim_turn_the_dock_by_no_more_than_their_noise(seed):
+    points, normal = spaced_by_eye(seed)
+    (pose, _) = choose(points).candidates
+    # A twentieth of a pixel across a ring of 88 px turns it by some hundredths of a degree; spacing would by degrees.
+    assert math.degrees(math.acos(pose.normal @ normal)) < 0.2
+    assert np.linalg.norm(pose.position_m - (0.1, -0.05, 1.2)) < 1.5e-3
+    off = np.array([*(pose.position_m - (0.1, -0.05, 1.2))])
+    assert (np.abs(off) < 4 * np.array(pose.sigma_position_m)).all()
+    assert max(pose.sigma_theta_rad) < math.radians(0.2)
+    assert pose.rms_px > 1  # they are off their places all the same
+
+
+def test_lights_off_in_all_directions_say_nothing_of_a_slide():
+    # As much across the rim as along it, some 4 mm: the places of all ten tell more than the ellipse.
+    points, _ = spaced_by_eye(1, across_m=0.004)
+    (pose, _) = choose(points).candidates
+    assert max(pose.sigma_theta_rad) > math.radians(0.5)
+
+
 def test_roll_comes_back_modulo_the_spacing():
     for roll in (0.2, 0.2 + 3 * np.pi / 5):
         points, _ = seen((0.1, -0.05, 1.2), 0.3, 0.5, roll=roll)

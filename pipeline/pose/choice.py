@@ -125,11 +125,8 @@ def _slid(fit: Fit, placement: Placement, dock: Dock, rays: LightRays) -> Fit:
     noises = noise_px(across * spare, count, 5), noise_px(least, fit.numbers, 6)
     covariances = free.covariances * (noises[0] / noises[1]) ** 2
     covariances[:, 5, 5] = fit.covariances[:, 5, 5]  # the roll is known by the places alone
-    squares = [
-        squares_at(R, t, angles, dock.radius, rays, None)
-        for R, t, angles in zip(free.rotations, free.positions_m, placement.angles_rad, strict=True)
-    ]
-    return Fit(free.rotations, free.positions_m, np.array(squares), covariances, fit.numbers, count)
+    # How far lights are off their places is told by the pose that brings them nearest.
+    return Fit(free.rotations, free.positions_m, fit.squares_px2, covariances, fit.numbers, count)
 
 
 def choice_of(

@@ -1,55 +1,59 @@
 """The program ``dockpose``: which command does the work, and its exit status."""
 
 import argparse
+import atexit
+import contextlib
 import difflib
+import gc
 import glob
 import logging
 import re
 import sys
-from collections.abc import Sequence
-from importlib.metadata import version
+import time
+from collections.abc import Iterator, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
 
-from dockpose.app.commands import check, compare, console, estimate, export, ros, simulate
-from dockpose.app.commands.arguments import protected
-from dockpose.app.commands.calibration import calibrate, learn_dock
-from dockpose.app.commands.logging_options import add_logging, logged
-from dockpose.app.commands.machine import completion, doctor, serve
-from dockpose.app.commands.paper import budget, reproduce, study
+from dockpose import __version__
+from dockpose.app.commands import console
 from dockpose.app.errors import OutputError, UserError
-from dockpose.app.inputs.pictures import sample_source
-from dockpose.checks import one_line
-from dockpose.compiled import on_compiling
-from dockpose.thresholds import METHODS
+from dockpose.text import one_line
 
+# Of each command the module below ``commands``, which is loaded for that command alone, and what the list says of it.
 COMMANDS = {
-    "serve": serve,
-    "estimate": estimate,
-    "compare": compare,
-    "export": export,
-    "simulate": simulate,
-    "calibrate": calibrate,
-    "learn-dock": learn_dock,
-    "check": check,
-    "budget": budget,
-    "reproduce": reproduce,
-    "study": study,
-    "ros": ros,
-    "doctor": doctor,
-    "completion": completion,
+    "serve": ("machine.serve", "open the page in the browser (this is what dockpose alone does)"),
+    "estimate": ("estimate", "estimate the dock's pose in pictures, videos and live streams"),
+    "compare": ("compare", "try every threshold method on pictures, up to the pose"),
+    "export": ("export", "write a report, tables, plots and annotated pictures"),
+    "simulate": ("simulate", "render pictures of a dock, with the truth beside them"),
+    "calibrate": ("calibration.calibrate", "make a camera file from pictures or a video of a chessboard"),
+    "learn-dock": (
+        "calibration.learn_dock",
+        "measure where the dock's lights really are, from a video of it in clear water",
+    ),
+    "check": ("check", "say what a session's measured values tell of dock, camera and tape"),
+    "budget": ("paper.budget", "say which errors to expect of a camera and a dock, by range and tilt"),
+    "reproduce": ("paper.reproduce", "make the paper's figures and tables again, as one report"),
+    "study": ("paper.study", "try all methods on simulated scenes drawn at random, and compare them"),
+    "ros": ("ros", "publish the dock's pose as a node of ROS 2 (where rclpy is there)"),
+    "doctor": ("machine.doctor", "check the installation, for a report of a fault"),
+    "completion": ("machine.completion", "print what lets a shell complete commands, options and files"),
 }
 _LOG = logging.getLogger("dockpose")
-_COMPILING = "compiling the loops over pixels; the first run takes up to a minute longer"
+_COMPILING_EVERY_S = 5.0  # between two reports of how far it is
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the program."""
-    with console.forgiving_output(), console.stopped_by_signals(), METHODS.telling(_warn):
+    if argv is None:
+        atexit.register(gc.freeze)  # the system takes all memory back at once; Python would take a third of a second
+    with console.forgiving_output(), console.stopped_by_signals():
         try:
-            arguments = _parsed(_with_command(list(sys.argv[1:] if argv is None else argv)))
-            with protected(arguments), logged(arguments):
-                return _run(arguments)
+            words = _with_command(list(sys.argv[1:] if argv is None else argv))
+            if words[0] not in COMMANDS:
+                _parser().parse_args(words)
+            return _run_command(words)
         except (ValueError, OSError) as error:  # of the arguments themselves
             console.say(str(error), logging.ERROR)
             return console.EXIT_BAD_ARGUMENTS
@@ -59,17 +63,44 @@ def main(argv: Sequence[str] | None = None) -> int:
             return console.EXIT_STOPPED
 
 
-def _warn(text: str) -> None:
-    console.say(text, logging.WARNING)
+def _run_command(words: Sequence[str]) -> int:
+    """Load what a command needs, and run it."""
+    with _uncollected():
+        from dockpose.app.commands.arguments import protected
+        from dockpose.app.commands.logging_options import logged
+        from dockpose.thresholds import METHODS
+
+        import_module(_module_of(words[0]))
+    with METHODS.telling(lambda text: console.say(text, logging.WARNING)):
+        arguments = _parsed(words)
+        with protected(arguments), logged(arguments):
+            return _run(arguments)
+
+
+def _module_of(command: str) -> str:
+    return f"dockpose.app.commands.{COMMANDS[command][0]}"
+
+
+@contextlib.contextmanager
+def _uncollected() -> Iterator[None]:
+    """Look for no garbage while modules are loaded, nor in them later: that takes long, and there is none."""
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def _run(arguments: argparse.Namespace) -> int:
     """Run a command, noting when it begins and how it ends; returns the exit status."""
+    from dockpose.compiled import on_compiling
+
     command = arguments.command
-    _LOG.info("%s begins: dockpose %s", command, version("dockpose"))
+    _LOG.info("%s begins: dockpose %s", command, __version__)
     status = console.EXIT_BAD_ARGUMENTS
     try:
-        with on_compiling(lambda: console.say(_COMPILING)):
+        with on_compiling(_Compiling()):
             status = arguments.run(arguments)
     except BrokenPipeError:  # the reader of our output went away, as `head` does
         status = console.EXIT_UNWRITABLE
@@ -90,6 +121,24 @@ def _run(arguments: argparse.Namespace) -> int:
     return status
 
 
+class _Compiling:
+    """Says how far the first run's compiling is: at once, and every few seconds."""
+
+    def __init__(self) -> None:
+        self._said_s: float | None = None
+
+    def __call__(self, done: int) -> None:
+        """Of the loops so many are done."""
+        now_s = time.monotonic()
+        if self._said_s is None:
+            console.say("compiling the loops over pixels, once; this first run takes up to a minute longer")
+        elif now_s - self._said_s > _COMPILING_EVERY_S:
+            console.say(f"compiling: {done} loops done, of some 45")
+        else:
+            return
+        self._said_s = now_s
+
+
 def _with_command(words: list[str]) -> list[str]:
     """The words, with "serve" before them where they name no command. Raises UserError for a mistyped command."""
     first = words[0] if words else ""
@@ -104,6 +153,8 @@ def _with_command(words: list[str]) -> list[str]:
 
 def _is_source(word: str) -> bool:
     """Whether a word has the look of a file, a camera's number or an address, or names a sample."""
+    from dockpose.app.inputs.pictures import sample_source
+
     return bool(re.search(r"[./\\\d]|://", word)) or glob.has_magic(word) or Path(sample_source(word)).exists()
 
 
@@ -117,9 +168,9 @@ class _Parser(argparse.ArgumentParser):
         )
 
 
-def _parsed(words: list[str]) -> argparse.Namespace:
+def _parsed(words: Sequence[str]) -> argparse.Namespace:
     """The arguments that the words of a command are; what it does not know ends the program."""
-    parser = _parser()
+    parser = _parser(*(COMMANDS if words[0] == "completion" else words[:1]))
     arguments, unknown = parser.parse_known_args(words)
     if unknown:
         command: argparse.ArgumentParser = arguments.parser
@@ -131,20 +182,31 @@ def _parsed(words: list[str]) -> argparse.Namespace:
     return arguments
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(*loaded: str) -> argparse.ArgumentParser:
+    """The parser of the program, which knows the options of those commands alone."""
     parser = _Parser(
         prog="dockpose",
         description="Where is the dock? Position and attitude of a ring of lights from one camera image. "
         "Without a command the page in the browser is opened on a sample scene.",
     )
-    parser.add_argument("--version", action="version", version=f"dockpose {version('dockpose')}")
+    parser.add_argument("--version", action="version", version=f"dockpose {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND", dest="command", title="commands")
-    for name, command in COMMANDS.items():
-        command.add_parser(commands)
-        add_logging(commands.choices[name])
-        commands.choices[name].set_defaults(run=command.run, parser=commands.choices[name])
+    for name, (_, words) in COMMANDS.items():
+        one = commands.add_parser(name, help=words)
+        if name in loaded:
+            _load(one, name)
     parser.set_defaults(program=parser)  # which completion needs
     return parser
+
+
+def _load(parser: argparse.ArgumentParser, name: str) -> None:
+    """Add the options of a command, and what runs it."""
+    from dockpose.app.commands.logging_options import add_logging
+
+    command = import_module(_module_of(name))
+    command.add_arguments(parser)
+    add_logging(parser)
+    parser.set_defaults(run=command.run, parser=parser)
 
 
 if __name__ == "__main__":

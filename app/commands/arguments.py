@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError, blaming
@@ -24,7 +24,6 @@ from dockpose.lights.masks import Mask, check_masks
 from dockpose.sources import Kind, Wishes, kind_of
 from dockpose.thresholds import METHODS
 
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # what add_subparsers() returns
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
 _METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
 # Of all commands, the options that write, and those that name one file to read.

@@ -4,8 +4,9 @@ import argparse
 import math
 
 import numpy as np
-from dockpose.app.commands.arguments import Commands, add_options
-from dockpose.app.commands.console import EXIT_ALL_READ, put, put_rich
+from dockpose.app.commands.arguments import add_options
+from dockpose.app.commands.console import EXIT_ALL_READ, put
+from dockpose.app.commands.progress import put_rich
 from dockpose.app.drawing.numbers import MISSING, number
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.experiment import read_session
@@ -20,9 +21,8 @@ _HEAD = ("row", "x (cm)", "y (cm)", "z (cm)", "distance (cm)", "θx (°)", "θy 
 _PROTRACTOR_DEG = 0.5
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``check``."""
-    parser = commands.add_parser("check", help="say what a session's measured values tell of dock, camera and tape")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add those of ``dockpose check``."""
     add_options(parser, "check", tape={"default": 1000 * TAPE_M})
 
 

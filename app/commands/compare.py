@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dockpose import Estimate, Settings
-from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of, masks_of, turned
+from dockpose.app.commands.arguments import add_options, camera_of, dock_of, masks_of, turned
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
 from dockpose.app.commands.output import PictureFolder, open_lines, write_line
 from dockpose.app.drawing.montage import montage
@@ -17,18 +17,17 @@ from dockpose.app.inputs.pictures import Batch, Picture, expand
 from dockpose.app.inputs.sequences import FrameSource, typed
 from dockpose.app.inputs.sidecar import known, read_sidecar
 from dockpose.app.processing.comparison import compare
-from dockpose.checks import printable
 from dockpose.files.yaml_file import FileError
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.sources import Kind, kind_of
+from dockpose.text import printable
 
 _OF_LINE = ("status", "message", "candidates", "selected", "elapsed_ms")
 _HEAD = ("method", "level", "groups", "on ring", "z cm", "theta x", "theta y", "chance", "ms")
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``compare``."""
-    parser = commands.add_parser("compare", help="try every threshold method on pictures, up to the pose")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add those of ``dockpose compare``."""
     add_options(parser, "compare", "camera_and_dock", "rotate", "json", "compare_output", "topic", "masks")
 
 

@@ -24,13 +24,12 @@ from dockpose.app.inputs.sequences import FrameSource, resolve
 from dockpose.app.processing.analysis import trust_of
 from dockpose.app.processing.following import AutoMasks
 from dockpose.app.processing.parallel import PictureWork, split, workers
-from dockpose.checks import as_text
+from dockpose.text import as_text
 from dockpose.tracking import NO_TRACK
 
 
-def add_parser(commands: given.Commands) -> None:
-    """Add the command ``estimate``."""
-    parser = commands.add_parser("estimate", help="estimate the dock's pose in pictures, videos and live streams")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add those of ``dockpose estimate``."""
     given.add_options(parser, "estimate")
     given.add_options(parser.add_argument_group("camera and dock"), "camera_and_dock", "rotate")
     detection, least_px = ("method", "estimate_detection", "masks"), Settings().min_area_px

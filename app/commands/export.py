@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 
 from dockpose import Camera, Dock
-from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of
+from dockpose.app.commands.arguments import add_options, camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, put, say
 from dockpose.app.drawing.annotated import LAYERS, check_layers
 from dockpose.app.errors import UserError, blaming, check_folder, writing
@@ -17,9 +17,8 @@ from dockpose.files.durable_files import write_whole
 _LINES_ENDINGS = (".jsonl", ".ndjson", ".json")
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``export``."""
-    parser = commands.add_parser("export", help="write a report, tables, plots and annotated pictures")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add those of ``dockpose export``."""
     add_options(parser, "export", "camera_and_dock", "rotate", layers={"default": ",".join(LAYERS)})
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from dockpose.app.commands.arguments import add_options
 from dockpose.app.errors import writing
-from dockpose.checks import printable
+from dockpose.text import printable
 
 LEVELS = ("debug", "info", "warning", "error")
 # What gives access: our own token, a password in an address, and what others call such things.

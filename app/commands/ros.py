@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from dockpose import Camera, Dock, Settings
-from dockpose.app.commands.arguments import METHOD, Commands, add_options, dock_of
+from dockpose.app.commands.arguments import METHOD, add_options, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, say
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import UserError
@@ -102,9 +102,8 @@ class NodeLogic:
             self._tell(sentence)
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``ros``."""
-    parser = commands.add_parser("ros", help="publish the dock's pose as a node of ROS 2 (where rclpy is there)")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add those of ``dockpose ros``."""
     add_options(parser, "ros_topic", "camera_and_dock", "method", "ros", method=METHOD | {"default": "hats"})
 
 

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import msgspec
 from dockpose import estimate
-from dockpose.app.commands.arguments import Commands, add_options
-from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar, check_stopped, say
+from dockpose.app.commands.arguments import add_options
+from dockpose.app.commands.console import EXIT_ALL_READ, check_stopped, say
 from dockpose.app.commands.output import LineFile
+from dockpose.app.commands.progress import TerminalBar
 from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.video import VideoFile, is_video_file
@@ -33,9 +34,8 @@ _BRIGHT = {"lights": Lights(level=2e5), "background": Background(level=10.0, gra
 DEFAULT = FilmPlan(scene=msgspec.structs.replace(DEFAULT_SCENE, **_BRIGHT), motion=Approach(frames=60))
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``simulate``."""
-    parser = commands.add_parser("simulate", help="render pictures of a dock, with the truth beside them")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add those of ``dockpose simulate``."""
     add_options(parser, "simulate")
 
 

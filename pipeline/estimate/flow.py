@@ -24,7 +24,7 @@ from dockpose.camera.image import (
     to_grey,
 )
 from dockpose.camera.tone import linear, linear_level
-from dockpose.checks import check_is, shown
+from dockpose.checks import check_is
 from dockpose.dock import Dock
 from dockpose.estimate.drawing import picture_of
 from dockpose.estimate.result import Estimate
@@ -38,6 +38,7 @@ from dockpose.lights.ring import Ring
 from dockpose.pixels.bright import SATURATED
 from dockpose.pose.detection import detection_of, few_in_words, found_in_words, judged
 from dockpose.settings import Settings
+from dockpose.text import shown
 from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, hats_local, histogram_of
 from dockpose.thresholds.scales import at_scales
 

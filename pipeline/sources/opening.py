@@ -3,7 +3,7 @@
 import os
 
 import numpy as np
-from dockpose.checks import check_turn, shown
+from dockpose.checks import check_turn
 from dockpose.files.yaml_file import FileError
 from dockpose.simulate import load_sequence
 from dockpose.sources.bags import Bag
@@ -15,6 +15,7 @@ from dockpose.sources.pictures import Pages, Pictures, list_pictures
 from dockpose.sources.simulated import Simulated
 from dockpose.sources.stream import StreamCapture
 from dockpose.sources.video import Video
+from dockpose.text import shown
 
 TIMEOUT_S = 10.0
 

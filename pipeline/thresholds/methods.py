@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator, Mapping
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, NamedTuple, TypeVar
 
-from dockpose.checks import one_line
 from dockpose.palette import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION
+from dockpose.text import one_line
 from dockpose.thresholds.histogram import Histogram, Threshold
 from dockpose.thresholds.own import own_threshold
 

@@ -8,9 +8,9 @@ from pathlib import PurePath
 from typing import Any
 
 import numpy as np
-from dockpose.checks import InputError
 from dockpose.pixels.bright import PixelGroups, pixels_at
 from dockpose.pixels.flood import LEVELS
+from dockpose.text import InputError
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 

@@ -1,6 +1,7 @@
 """The recipes of docs/code.md for a command and for a slider, followed to the letter."""
 
 import importlib.util
+import sys
 import tomllib
 from unittest.mock import MagicMock
 
@@ -18,10 +19,8 @@ COMMAND = '''
 """``dockpose hello``: greet somebody."""
 
 
-def add_parser(commands):
-    parser = commands.add_parser("hello", help="greet somebody")
+def add_arguments(parser):
     parser.add_argument("name")
-    parser.set_defaults(run=run)
 
 
 def run(arguments):
@@ -40,7 +39,8 @@ def command(tmp_path, monkeypatch):
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    monkeypatch.setitem(cli.COMMANDS, "hello", module)
+    monkeypatch.setitem(sys.modules, "dockpose.app.commands.hello", module)
+    monkeypatch.setitem(cli.COMMANDS, "hello", ("hello", "greet somebody"))
 
 
 def test_a_command_is_run_listed_and_refuses(command, capsys):

@@ -7,8 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from dockpose.app.commands.arguments import Commands, add_options
-from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, kept_at_stop, put, say
+from dockpose.app.commands.arguments import add_options
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, kept_at_stop, put, say
+from dockpose.app.commands.progress import FrameProgress
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.words import MEDIA, camera_lines, outcome, port_lines
 from dockpose.app.inputs.pictures import expand
@@ -26,9 +27,8 @@ from dockpose.sources.pictures import read_tagged
 _OF_FRAMES = (Kind.PAGES, Kind.VIDEO, Kind.CAMERA, Kind.STREAM)
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``calibrate``."""
-    parser = commands.add_parser("calibrate", help="make a camera file from pictures or a video of a chessboard")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add those of ``dockpose calibrate``."""
     choices = {"lens": LENS_CHOICES, "in": MEDIA, "format": FORMATS}
     add_options(parser, "calibrate", **{name: {"choices": each} for name, each in choices.items()})
 

@@ -4,8 +4,9 @@ import argparse
 from collections.abc import Iterator
 
 import numpy as np
-from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of
-from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, kept_at_stop, put
+from dockpose.app.commands.arguments import add_options, camera_of, dock_of
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, kept_at_stop, put
+from dockpose.app.commands.progress import FrameProgress
 from dockpose.app.errors import UserError, check_place, writing
 from dockpose.app.export.parts import sentences
 from dockpose.app.inputs.sequences import typed
@@ -18,11 +19,8 @@ from dockpose.sources import Kind, kind_of, list_pictures
 _RULE = "light   outwards mm     along mm        off plane mm"
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``learn-dock``."""
-    parser = commands.add_parser(
-        "learn-dock", help="measure where the dock's lights really are, from a video of it in clear water"
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add those of ``dockpose learn-dock``."""
     add_options(parser, "learn-dock_source", "camera_and_dock", "learn-dock")
 
 

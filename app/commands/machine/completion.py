@@ -3,7 +3,7 @@
 import argparse
 import re
 
-from dockpose.app.commands.arguments import Commands, add_options
+from dockpose.app.commands.arguments import add_options
 from dockpose.app.commands.console import EXIT_ALL_READ, put_text
 from dockpose.app.errors import UserError
 
@@ -12,13 +12,9 @@ _FOLDERS = re.compile(r"DIR|FOLDER|ROOT")
 _FILES = re.compile(r"FILE|\.yaml|SOURCE|SESSION|PICTURE|VIDEO")
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``completion``."""
-    parser = commands.add_parser(
-        "completion",
-        help="print what lets a shell complete commands, options and files",
-        description='As in: eval "$(dockpose completion bash)", which may stand in ~/.bashrc.',
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add those of ``dockpose completion``."""
+    parser.description = 'As in: eval "$(dockpose completion bash)", which may stand in ~/.bashrc.'
     add_options(parser, "completion", shell={"choices": SHELLS})
 
 

@@ -22,17 +22,17 @@ import numpy as np
 from av.codec import Codec
 from av.error import FFmpegError
 from dockpose import Settings, estimate
-from dockpose.app.commands.arguments import Commands, add_options
+from dockpose.app.commands.arguments import add_options
 from dockpose.app.commands.console import EXIT_ALL_READ, put
 from dockpose.app.commands.output import open_lines, write_line
 from dockpose.app.export.video import VideoFile
 from dockpose.app.inputs.pictures import FIRST_SAMPLE, load_sample
 from dockpose.app.state.preferences import config_folder
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER
-from dockpose.checks import one_line
 from dockpose.pixels import bright
 from dockpose.pose.known import pose_error
 from dockpose.sources import open_frames
+from dockpose.text import one_line
 from dockpose.thresholds import METHODS
 
 EXIT_BROKEN = 1
@@ -67,9 +67,8 @@ class Finding:
     more: dict[str, Any] = field(default_factory=dict)
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``doctor``."""
-    parser = commands.add_parser("doctor", help="check the installation, for a report of a fault")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add those of ``dockpose doctor``."""
     add_options(parser, "json")
 
 

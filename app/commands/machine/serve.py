@@ -5,7 +5,7 @@ import threading
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of, wishes_of
+from dockpose.app.commands.arguments import add_options, camera_of, dock_of, wishes_of
 from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, say
 from dockpose.app.commands.logging_options import warned
 from dockpose.app.errors import UserError
@@ -20,9 +20,8 @@ _OPEN_WARNING = (
 )
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``serve``."""
-    parser = commands.add_parser("serve", help="open the page in the browser (this is what dockpose alone does)")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add those of ``dockpose serve``."""
     add_options(parser, "serve_source", "camera_and_dock", "topic", "wishes")
     add_options(parser, "serve", port={"default": DEFAULT_PORT}, sessions={"default": SESSIONS_FOLDER})
 

@@ -8,9 +8,10 @@ import math
 from collections.abc import Sequence
 
 from dockpose import Camera, Dock
-from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of
-from dockpose.app.commands.console import EXIT_ALL_READ, put_rich
+from dockpose.app.commands.arguments import add_options, camera_of, dock_of
+from dockpose.app.commands.console import EXIT_ALL_READ
 from dockpose.app.commands.output import Lines, open_lines
+from dockpose.app.commands.progress import put_rich
 from dockpose.app.errors import UserError, blaming
 from dockpose.app.export.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
 from dockpose.app.export.parts import sentences
@@ -22,9 +23,8 @@ _COLUMNS = ("sigma_x_m", "sigma_y_m", "sigma_z_m", "sigma_theta_x_deg", "sigma_t
 _TOTAL_COLUMNS = tuple(name.replace("sigma", "sigma_total") for name in _COLUMNS[:5])
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``budget``."""
-    parser = commands.add_parser("budget", help="say which errors to expect of a camera and a dock, by range and tilt")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add those of ``dockpose budget``."""
     tilts = ",".join(f"{tilt:g}" for tilt in TILTS_DEG)
     add_options(parser, "budget", words={"tilts": tilts}, noise={"default": USUAL_NOISE_PX})
     parser.set_defaults(dock=None)  # the budget is of lights that are evenly spaced

@@ -3,14 +3,14 @@
 import argparse
 import os
 
-from dockpose.app.commands.arguments import Commands, add_options, check_least
-from dockpose.app.commands.console import EXIT_ALL_READ, FrameProgress, say
+from dockpose.app.commands.arguments import add_options, check_least
+from dockpose.app.commands.console import EXIT_ALL_READ, say
+from dockpose.app.commands.progress import FrameProgress
 from dockpose.app.export.reproduction.report import PARTS, reproduce
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``reproduce``."""
-    parser = commands.add_parser("reproduce", help="make the paper's figures and tables again, as one report")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add those of ``dockpose reproduce``."""
     add_options(parser, "reproduce", words={"parts": ", ".join(PARTS)}, jobs={"default": os.cpu_count() or 1})
 
 

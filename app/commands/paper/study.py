@@ -3,14 +3,14 @@
 import argparse
 import os
 
-from dockpose.app.commands.arguments import Commands, add_options, check_least
-from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_STOPPED, EXIT_TERMINATED, FrameProgress, Terminated, say
+from dockpose.app.commands.arguments import add_options, check_least
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_STOPPED, EXIT_TERMINATED, Terminated, say
+from dockpose.app.commands.progress import FrameProgress
 from dockpose.app.processing.study import Study
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``study``."""
-    parser = commands.add_parser("study", help="try all methods on simulated scenes drawn at random, and compare them")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add those of ``dockpose study``."""
     add_options(parser, "study")
     add_options(parser.add_mutually_exclusive_group(), "study_workers", jobs={"default": os.cpu_count() or 1})
     add_options(parser, "study_output")

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from dockpose import Camera
 from dockpose.app.cli import main
-from dockpose.app.commands.console import FrameProgress, rate_text
+from dockpose.app.commands.progress import FrameProgress, rate_text
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, film, save_sequence
 

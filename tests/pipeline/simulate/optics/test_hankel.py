@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
+from dockpose.simulate.optics import hankel
 from dockpose.simulate.optics.hankel import ANGLES, FREQUENCIES, mean_bessel, spread_of, transfer_of
 from numpy.polynomial.legendre import leggauss
+from scipy.fft import fhtoffset
 from scipy.special import j0
 
 NODES, WEIGHTS = leggauss(20)
@@ -32,3 +34,7 @@ def test_a_gaussian_comes_back_as_a_gaussian():
     assert spread_of(transfer)[seen] == pytest.approx(spread[seen], abs=1e-6 * spread.max())
     fast = FREQUENCIES > 0.1  # at slower ones the transform, which goes on periodically, loses a little
     assert transfer_of(spread)[fast] == pytest.approx(transfer[fast], abs=1e-9)
+
+
+def test_the_offset_is_scipys():
+    assert pytest.approx(fhtoffset(hankel._STEP, mu=0.0, bias=hankel._SLOW_BIAS), abs=1e-15) == hankel._OFFSET

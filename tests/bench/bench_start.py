@@ -11,6 +11,7 @@ resource = pytest.importorskip("resource")
 
 ROOT = Path(__file__).resolve().parents[2]
 TRIES = 5
+NUMPY_S = 0.1  # of processor time that importing numpy takes on a machine with nothing else to do
 PROGRAM = [sys.executable, "-m", "dockpose.app.cli"]
 
 
@@ -34,7 +35,7 @@ def least_s(command):
         ("--version", [*PROGRAM, "--version"], 0.15),
         ("--help", [*PROGRAM, "--help"], 0.15),
         ("import dockpose", [sys.executable, "-c", "import dockpose"], 0.3),
-        ("estimate of one picture, warm", [*PROGRAM, "estimate", "tilted"], 0.8),
+        ("estimate of one picture, warm", [*PROGRAM, "estimate", "tilted"], 0.9),
     ],
 )
 def test_a_start_is_short(name, command, most_s):
@@ -42,7 +43,7 @@ def test_a_start_is_short(name, command, most_s):
     took_s, numpy_s = least_s(command), least_s([sys.executable, "-c", "import numpy"])
     print(f"\n{name}: {took_s:.2f} s of processor time; importing numpy takes {numpy_s:.2f} s")
     # Beside busy processes the same work takes more of it, as much more as importing numpy does.
-    assert took_s < most_s * max(1.0, numpy_s / 0.11)
+    assert took_s < most_s * max(1.0, numpy_s / NUMPY_S)
 
 
 def test_the_first_picture_of_a_new_environment_is_compiled_with_a_word_on_how_far_it_is(tmp_path):
@@ -51,4 +52,4 @@ def test_the_first_picture_of_a_new_environment_is_compiled_with_a_word_on_how_f
     lines = [line for line in told.splitlines() if "compiling" in line]
     print(f"\nthe first picture: {took_s:.1f} s of processor time, {len(lines)} lines on it; numpy {numpy_s:.2f} s")
     assert len(lines) > 1
-    assert took_s < 15 * max(1.0, numpy_s / 0.11)
+    assert took_s < 15 * max(1.0, numpy_s / NUMPY_S)

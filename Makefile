@@ -20,6 +20,8 @@ ABREAST := --numprocesses 3 --dist loadfile --no-loadscope-reorder
 .PHONY: licences release try-release run report test test-slow test-page test-busy test-oldest test-pythons resolve lint real bench bench-readme fuzz security soak samples screenshots figures docs newcomer clean
 
 run: $(VENV)/.installed
+	@# Compiles what was not or has changed, so that the page need not wait for that.
+	@$(BIN)/dockpose estimate sample_images/plain.png
 	$(BIN)/dockpose serve $(ADDRESS)
 
 # The quick tests, and the core of the page: four minutes on two cores.

@@ -1,41 +1,58 @@
 """The program ``dockpose``: which command does the work, and its exit status."""
 
 import argparse
+import atexit
+import contextlib
 import difflib
-import functools
+import gc
 import glob
 import logging
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from importlib.metadata import version
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
 
 import dockpose.app.commands.console as console
-from dockpose.app.commands import calibration, check, compare, doctor, estimate, export, paper, ros, serve, simulate
-from dockpose.app.commands.arguments import add_command, logged, protected
+from dockpose import __version__
 from dockpose.app.errors import OutputError, UserError
-from dockpose.app.inputs.pictures import sample_source
 from dockpose.app.resources import read_toml
-from dockpose.checks import one_line
-from dockpose.compiled import on_compiling
-from dockpose.thresholds import METHODS
+from dockpose.text import one_line
 
-_FOLDERS = re.compile(r"DIR|FOLDER|ROOT")
-_FILES = re.compile(r"FILE|\.yaml|SOURCE|SESSION|PICTURE|VIDEO")
+# What runs each command, in its module below ``commands``, which is loaded for that command alone.
+COMMANDS = {
+    "serve": "serve:run",
+    "estimate": "estimate:run",
+    "compare": "compare:run",
+    "export": "export:run",
+    "simulate": "simulate:run",
+    "calibrate": "calibration:run_calibrate",
+    "learn-dock": "calibration:run_learn_dock",
+    "check": "check:run",
+    "budget": "paper:run_budget",
+    "reproduce": "paper:run_reproduce",
+    "study": "paper:run_study",
+    "ros": "ros:run",
+    "doctor": "doctor:run",
+    "completion": "completion:run",
+}
+_COMPILING_EVERY_S = 5.0  # between two reports of how far it is
 _LOG = logging.getLogger("dockpose")
-_COMPILING = "compiling the loops over pixels; the first run takes up to a minute longer"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the program."""
-    warn = functools.partial(console.say, level=logging.WARNING)
-    with console.forgiving_output(), console.stopped_by_signals(), METHODS.telling(warn):
+    if argv is None:
+        atexit.register(gc.freeze)  # the system takes all memory back at once; Python would take a third of a second
+    with console.forgiving_output(), console.stopped_by_signals():
         try:
-            arguments = _parsed(_with_command(list(sys.argv[1:] if argv is None else argv)))
-            with protected(arguments), logged(arguments):
-                return _run(arguments)
+            words = _with_command(list(sys.argv[1:] if argv is None else argv))
+            if words[0] not in COMMANDS:
+                _parser().parse_args(words)
+            return _run_command(words)
         except (ValueError, OSError) as error:  # of the arguments themselves
             console.say(str(error), logging.ERROR)
             return console.EXIT_BAD_ARGUMENTS
@@ -45,13 +62,46 @@ def main(argv: Sequence[str] | None = None) -> int:
             return console.EXIT_STOPPED
 
 
+def _run_command(words: Sequence[str]) -> int:
+    """Load what a command needs, and run it."""
+    with _uncollected():
+        from dockpose.app.commands.arguments import logged, protected
+        from dockpose.thresholds import METHODS
+
+        _loaded(words[0])
+    with METHODS.telling(partial(console.say, level=logging.WARNING)):
+        arguments = _parsed(words)
+        with protected(arguments), logged(arguments):
+            return _run(arguments)
+
+
+def _loaded(name: str) -> tuple[Callable[[argparse.Namespace], int], Mapping[str, Any]]:
+    """What runs a command, and what only its code knows of its options."""
+    module, _, run = COMMANDS[name].partition(":")
+    command = import_module(f"dockpose.app.commands.{module}")
+    return getattr(command, run), getattr(command, "KNOWN", {})
+
+
+@contextlib.contextmanager
+def _uncollected() -> Iterator[None]:
+    """Look for no garbage while modules are loaded, nor in them later: that takes long, and there is none."""
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
 def _run(arguments: argparse.Namespace) -> int:
     """Run a command, noting when it begins and how it ends; returns the exit status."""
+    from dockpose.compiled import on_compiling
+
     command = arguments.command
-    _LOG.info("%s begins: dockpose %s", command, version("dockpose"))
+    _LOG.info("%s begins: dockpose %s", command, __version__)
     status = console.EXIT_BAD_ARGUMENTS
     try:
-        with on_compiling(lambda: console.say(_COMPILING)):
+        with on_compiling(_Compiling()):
             status = arguments.run(arguments)
     except BrokenPipeError:  # the reader of our output went away, as `head` does
         status = console.EXIT_UNWRITABLE
@@ -72,6 +122,24 @@ def _run(arguments: argparse.Namespace) -> int:
     return status
 
 
+class _Compiling:
+    """Says how far the first run's compiling is: at once, and every few seconds."""
+
+    def __init__(self) -> None:
+        self._said_s: float | None = None
+
+    def __call__(self, done: int) -> None:
+        """Of the loops so many are done."""
+        now_s = time.monotonic()
+        if self._said_s is None:
+            console.say("compiling the loops over pixels, once; this first run takes up to a minute longer")
+        elif now_s - self._said_s > _COMPILING_EVERY_S:
+            console.say(f"compiling: {done} loops done, of some 45")
+        else:
+            return
+        self._said_s = now_s
+
+
 def _with_command(words: list[str]) -> list[str]:
     """The words, with "serve" before them where they name no command. Raises UserError for a mistyped command."""
     first = words[0] if words else ""
@@ -86,6 +154,8 @@ def _with_command(words: list[str]) -> list[str]:
 
 def _is_source(word: str) -> bool:
     """Whether a word has the look of a file, a camera's number or an address, or names a sample."""
+    from dockpose.app.inputs.pictures import sample_source
+
     return bool(re.search(r"[./\\\d]|://", word)) or glob.has_magic(word) or Path(sample_source(word)).exists()
 
 
@@ -99,9 +169,9 @@ class _Parser(argparse.ArgumentParser):
         )
 
 
-def _parsed(words: list[str]) -> argparse.Namespace:
+def _parsed(words: Sequence[str]) -> argparse.Namespace:
     """The arguments that the words of a command are; what it does not know ends the program."""
-    parser = _parser()
+    parser = _parser(*(COMMANDS if words[0] == "completion" else words[:1]))
     arguments, unknown = parser.parse_known_args(words)
     if unknown:
         command: argparse.ArgumentParser = arguments.parser
@@ -113,66 +183,27 @@ def _parsed(words: list[str]) -> argparse.Namespace:
     return arguments
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(*loaded: str) -> argparse.ArgumentParser:
+    """The parser of the program, which knows the options of those commands alone."""
     parser = _Parser(
         prog="dockpose",
         description="Where is the dock? Position and attitude of a ring of lights from one camera image. "
         "Without a command the page in the browser is opened on a sample scene.",
     )
-    parser.add_argument("--version", action="version", version=f"dockpose {version('dockpose')}")
+    parser.add_argument("--version", action="version", version=f"dockpose {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND", dest="command", title="commands")
-    for name, (run, known) in COMMANDS.items():
+    for name in COMMANDS:
         about = read_toml("options.toml")["commands"][name]
         command = commands.add_parser(name, help=about["help"], description=about.get("description"))
-        add_command(command, name, known)
-        command.set_defaults(run=run, parser=command)
+        if name in loaded:
+            from dockpose.app.commands.arguments import add_command
+
+            run, known = _loaded(name)
+            add_command(command, name, known)
+            command.set_defaults(run=run, parser=command)
     parser.set_defaults(program=parser)  # which completion needs
     return parser
 
-
-def _run_completion(arguments: argparse.Namespace) -> int:
-    """Run ``dockpose completion``; returns the exit status."""
-    try:
-        import shtab
-    except ImportError as error:
-        raise UserError("completion needs shtab: pip install 'dockpose[completion]'") from error
-    program: argparse.ArgumentParser = arguments.program
-    _mark_files(program, shtab.FILE, shtab.DIRECTORY)
-    console.put_text(shtab.complete(program, shell=arguments.shell))
-    return console.EXIT_ALL_READ
-
-
-def _mark_files(parser: argparse.ArgumentParser, file: object, folder: object) -> None:
-    """Say which arguments are files and folders, by what the help calls them; a file may be in any folder."""
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for one in dict.fromkeys(action.choices.values()):
-                _mark_files(one, file, folder)
-            continue
-        name = action.metavar if isinstance(action.metavar, str) else ""
-        if _FILES.search(name):
-            action.complete = file  # pyright: ignore[reportAttributeAccessIssue]  # as shtab wants it
-        elif _FOLDERS.search(name):
-            action.complete = folder  # pyright: ignore[reportAttributeAccessIssue]
-
-
-# What runs each command, and what only code knows of its options.
-COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], Mapping[str, Any]]] = {
-    "serve": (serve.run, serve.KNOWN),
-    "estimate": (estimate.run, estimate.KNOWN),
-    "compare": (compare.run, {}),
-    "export": (export.run, export.KNOWN),
-    "simulate": (simulate.run, {}),
-    "calibrate": (calibration.run_calibrate, calibration.KNOWN),
-    "learn-dock": (calibration.run_learn_dock, {}),
-    "check": (check.run, check.KNOWN),
-    "budget": (paper.run_budget, paper.KNOWN),
-    "reproduce": (paper.run_reproduce, paper.KNOWN),
-    "study": (paper.run_study, paper.KNOWN),
-    "ros": (ros.run, ros.KNOWN),
-    "doctor": (doctor.run, {}),
-    "completion": (_run_completion, {}),
-}
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from dockpose.checks import InputError
+from dockpose.text import InputError
 
 _EDQUOT = getattr(errno, "EDQUOT", errno.ENOSPC)
 _DISK = (errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EBADF, _EDQUOT)  # what no argument can be blamed for

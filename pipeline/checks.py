@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from dockpose.text import shown
 
 # What no camera, dock, tank or picture exceeds, by what a name ends with; beyond, numbers would overflow somewhere.
 _MOST = (
@@ -18,14 +19,6 @@ _MOST = (
 )
 # What no number of a camera or a tank exceeds or falls below, so that products stay finite.
 _MOST_OF_ALL, _LEAST_ABOVE_0 = 1e15, 1e-9
-_LONGEST, _MOST_TEXT = 80, 900  # characters of a value that are quoted, and of a message
-
-
-class InputError(ValueError):
-    """Something that was given cannot be used; the text says what and why, on one line."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__(one_line(text))
 
 
 def check_number(name: str, value: Any, *, above: float = -math.inf, least: float = -math.inf) -> None:
@@ -45,46 +38,6 @@ def check_number(name: str, value: Any, *, above: float = -math.inf, least: floa
         raise ValueError(f"{name} is {shown(value)}; it must be {within}")
     if value < least:
         raise ValueError(f"{name} is {shown(value)}; it must be at least {least:g}")
-
-
-def shown(value: Any) -> str:
-    """``repr`` of a value for a message: on one line, and no longer than a few words."""
-    try:
-        text = repr(value)
-    except ValueError:  # Python refuses to print a whole number of thousands of digits
-        text = f"{hex(value)[:_LONGEST]}..."
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
-
-
-def one_line(text: str, most: int = _MOST_TEXT) -> str:
-    """Text for a message: what cannot be printed is spelt out; of a long one the middle, mostly a name, is left out."""
-    half = most // 2
-    return printable(text if len(text) <= most else f"{text[:half]}...{text[-half:]}")
-
-
-def printable(text: str) -> str:
-    r"""Text of any length in which what cannot be printed is spelt out, also the bytes of a name that are no text.
-
-    Examples
-    --------
-    >>> print(printable(b"tank\xff.png".decode(errors="surrogateescape")), printable(chr(27) + "[2J"))
-    tank\xff.png \x1b[2J
-    """
-    return text if text.isprintable() else "".join(map(_spelt, text))
-
-
-def as_text(name: str) -> str:
-    """A file's name as text that any file can hold: bytes in it that are no UTF-8 are spelt out, as in messages."""
-    # A lone surrogate stands for a byte that is no text, or is half of one.
-    return re.sub("[\ud800-\udfff]", lambda match: _spelt(match[0]), name)
-
-
-def _spelt(character: str) -> str:
-    if character.isprintable():
-        return character
-    if "\udc80" <= character <= "\udcff":  # Python's stand-in for a byte that is no UTF-8
-        return f"\\x{ord(character) - 0xDC00:02x}"
-    return character.encode("unicode_escape").decode()
 
 
 def make_plain(struct: msgspec.Struct) -> None:

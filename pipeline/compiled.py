@@ -18,6 +18,22 @@ _FOLDER = "CACHE_DIR"  # numba's setting, which it makes when it is loaded
 _ROOT = Path(__file__).parent  # of all compiled functions
 
 
+def _load_without_blas() -> None:
+    """Load numba's functions of arrays, but not SciPy's BLAS with them: that takes long, and no loop needs it."""
+    with contextlib.suppress(ImportError, AttributeError):
+        from numba.np import linalg
+
+        ensure = linalg.ensure_blas
+        setattr(linalg, "ensure_blas", lambda: None)  # noqa: B010
+        try:
+            import numba.np.arraymath  # noqa: F401  # which asks for it
+        finally:
+            setattr(linalg, "ensure_blas", ensure)  # noqa: B010
+
+
+_load_without_blas()
+
+
 def compiled(loop: Callable[..., Any]) -> Any:
     """Compile a function on its first call, and keep the result where possible; not with ``NUMBA_DISABLE_JIT``."""
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
@@ -50,9 +66,9 @@ def stamp_of_sources(root: Path) -> str:
     return hashlib.sha256(b"".join(source for source in sources if b"@compiled" in source)).hexdigest()
 
 
-def on_compiling(tell: Callable[[], object]) -> AbstractContextManager[None]:
-    """Call ``tell`` once in a ``with`` block, when a loop is about to be compiled because nothing was kept of it."""
-    return event.install_listener("numba:compile", _Once(tell))
+def on_compiling(tell: Callable[[int], object]) -> AbstractContextManager[None]:
+    """Call ``tell`` when a loop is about to be compiled, as nothing was kept of it, with how many are done by then."""
+    return event.install_listener("numba:compile", _Count(tell))
 
 
 def _compiled_elsewhere(loop: Callable[..., Any]) -> Any:
@@ -83,15 +99,15 @@ def _temporary_folder() -> Path | None:
     return folder
 
 
-class _Once(event.Listener):
-    def __init__(self, tell: Callable[[], object]) -> None:
-        self._tell: Callable[[], object] | None = tell
+class _Count(event.Listener):
+    def __init__(self, tell: Callable[[int], object]) -> None:
+        self._tell, self._done = tell, 0
 
     def on_start(self, event: event.Event) -> None:
         """A compilation starts."""
-        tell, self._tell = self._tell, None
-        if tell is not None:
-            tell()
+        self._tell(self._done)
 
     def on_end(self, event: event.Event) -> None:
-        """A compilation is done."""
+        """A compilation is done; those of numba's own functions are within it."""
+        about: Any = event.data
+        self._done += about["dispatcher"].py_func.__module__.startswith("dockpose.")

@@ -51,12 +51,12 @@ def test_all_that_is_written_goes_into_the_volume_or_the_temporary_folder():
 
 def test_the_command_is_one_of_ours_on_the_port_that_is_exposed():
     (command,), (port,) = of("CMD", 1), of("EXPOSE", 1)
-    arguments = _parser().parse_args(command.words)
+    arguments = _parser("serve").parse_args(command.words)
     assert arguments.command == "serve"
     assert str(arguments.port) == port.words[0]
     assert arguments.host == "0.0.0.0"
     *_, built = of("RUN", 0)
-    assert _parser().parse_args(built.words[1:]).command == "estimate"
+    assert _parser("estimate").parse_args(built.words[1:]).command == "estimate"
 
 
 def test_what_was_compiled_is_where_the_start_looks_for_it():

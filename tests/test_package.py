@@ -174,7 +174,7 @@ BRIGHT = """
 import numpy as np
 from dockpose.compiled import on_compiling
 from dockpose.pixels.bright import bright_pixels
-with on_compiling(lambda: print("compiling")):
+with on_compiling(lambda done: print("compiling") if not done else None):
     print(len(bright_pixels(np.full((2, 2), 9, np.uint8), 5)))
 """
 NOWHERE = {"HOME": "/dev/null/home", "XDG_CACHE_HOME": "/dev/null/cache", "NUMBA_CACHE_DIR": ""}

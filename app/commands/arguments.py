@@ -21,9 +21,9 @@ from dockpose.app.inputs.protected import Claims, Protected, files_below, files_
 from dockpose.app.inputs.sequences import is_sequence, wishes_from
 from dockpose.app.resources import read_toml
 from dockpose.camera.files import load_camera
-from dockpose.checks import printable
 from dockpose.lights.masks import Mask, check_masks
 from dockpose.sources import Kind, Wishes, kind_of
+from dockpose.text import printable
 
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
 _METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}

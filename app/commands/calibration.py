@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 from dockpose.app.commands.arguments import camera_of, dock_of
-from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, kept_at_stop, put, say
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, kept_at_stop, put, say
+from dockpose.app.commands.progress import FrameProgress
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.parts import sentences
 from dockpose.app.export.words import MEDIA, camera_lines, outcome

@@ -4,7 +4,8 @@ import argparse
 import math
 
 import numpy as np
-from dockpose.app.commands.console import EXIT_ALL_READ, put, put_rich
+from dockpose.app.commands.console import EXIT_ALL_READ, put
+from dockpose.app.commands.progress import put_rich
 from dockpose.app.drawing.numbers import MISSING, number
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.experiment import read_session

@@ -16,10 +16,10 @@ from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import Batch, Picture, expand, known, read_sidecar
 from dockpose.app.inputs.sequences import FrameSource, typed
 from dockpose.app.processing.comparison import compare
-from dockpose.checks import printable
 from dockpose.files.yaml_file import FileError
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.sources import Kind, kind_of
+from dockpose.text import printable
 
 _OF_LINE = ("status", "message", "candidates", "selected", "elapsed_ms")
 _HEAD = ("method", "level", "groups", "on ring", "z cm", "theta x", "theta y", "chance", "ms")

@@ -28,10 +28,10 @@ from dockpose.app.export.video import VideoFile
 from dockpose.app.inputs.pictures import FIRST_SAMPLE, load_sample
 from dockpose.app.state.preferences import config_folder
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER
-from dockpose.checks import one_line
 from dockpose.pixels import bright
 from dockpose.pose.known import pose_error
 from dockpose.sources import open_frames
+from dockpose.text import one_line
 from dockpose.thresholds import METHODS
 
 EXIT_BROKEN = 1

@@ -28,7 +28,7 @@ from dockpose.app.processing.following import AutoMasks
 from dockpose.app.processing.parallel import PictureWork, split, workers
 from dockpose.app.resources import versions
 from dockpose.camera.image import decode, read_picture_file
-from dockpose.checks import as_text
+from dockpose.text import as_text
 from dockpose.thresholds import METHODS
 from dockpose.tracking import NO_TRACK
 

@@ -10,7 +10,6 @@ import cv2
 import numpy as np
 from dockpose import Settings
 from dockpose.app.commands.arguments import turned
-from dockpose.app.commands.console import FrameProgress
 from dockpose.app.commands.output import HeldLines, ResultWriter
 from dockpose.app.export.recording import record
 from dockpose.app.export.recordings.ros import Seen
@@ -38,6 +37,8 @@ def estimate_sequence(
         # The decoder's threads and this one keep the cores busy; OpenCV's own would only wait for each other.
         files.callback(cv2.setNumThreads, cv2.getNumThreads())
         cv2.setNumThreads(1)
+        from dockpose.app.commands.progress import FrameProgress  # loads rich, which single pictures need not
+
         progress = files.enter_context(FrameProgress(source.source))
         is_grey = source.dock is None or not source.dock.colours
         frames = files.enter_context(source.open(progress.tell, grey=is_grey))

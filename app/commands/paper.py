@@ -10,8 +10,9 @@ from collections.abc import Sequence
 
 from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import camera_of, check_least, dock_of
-from dockpose.app.commands.console import EXIT_ALL_READ, FrameProgress, put_rich, say, status_of
+from dockpose.app.commands.console import EXIT_ALL_READ, say, status_of
 from dockpose.app.commands.output import Lines, open_lines
+from dockpose.app.commands.progress import FrameProgress, put_rich
 from dockpose.app.errors import UserError, blaming
 from dockpose.app.export.parts import PARTS, reproduce, sentences
 from dockpose.app.export.words import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m

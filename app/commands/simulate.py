@@ -9,8 +9,9 @@ from pathlib import Path
 
 import msgspec
 from dockpose import estimate
-from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar, check_stopped, say
+from dockpose.app.commands.console import EXIT_ALL_READ, check_stopped, say
 from dockpose.app.commands.output import LineFile
+from dockpose.app.commands.progress import TerminalBar
 from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.video import VideoFile, is_video_file

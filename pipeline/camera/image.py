@@ -9,8 +9,8 @@ from typing import Any
 import cv2
 import numpy as np
 from dockpose.camera import tiff
-from dockpose.checks import InputError
 from dockpose.files.yaml_file import FileError, read_small
+from dockpose.text import InputError
 from PIL import ExifTags, Image, UnidentifiedImageError
 
 MAX_PIXELS = 100_000_000

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 import numpy as np
 from dockpose.checks import check_number, make_plain
-from scipy import linalg
 
 if TYPE_CHECKING:
     from dockpose.camera.camera import Camera
@@ -84,7 +83,13 @@ def errors_of(camera: Camera) -> tuple[list[str], np.ndarray]:
     if not {"cx", "cy"} & known.keys():
         usual |= {"cx": [0, CENTRE_PX, 0], "cy": [0, 0, CENTRE_PX]}
     factors = np.array(list(usual.values())).reshape(-1, 3)
-    return [*known, *usual], np.asarray(linalg.block_diag(covariance, factors @ factors.T))
+    return [*known, *usual], _together(covariance, factors @ factors.T)
+
+
+def _together(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The covariance of numbers (N, N) and others (M, M) that have nothing to do with each other."""
+    between = np.zeros((len(one), len(other)))
+    return np.block([[one, between], [between.T, other]])
 
 
 def _known(camera: Camera) -> tuple[dict[str, float], np.ndarray]:
@@ -134,8 +139,8 @@ def with_port_errors(camera: Camera, names: Sequence[str], covariance: np.ndarra
     """The camera with the covariance (P, P) of its port's lengths, beside the standard errors that it has."""
     known, errors = _known(camera)
     before = [name for name in known if name not in _PORT]
-    both = np.asarray(linalg.block_diag(errors[: len(before), : len(before)], covariance))
-    return with_errors(camera, [*before, *names], both)
+    together = _together(errors[: len(before), : len(before)], covariance)
+    return with_errors(camera, [*before, *names], together)
 
 
 def transformed(camera: Any, becomes: dict[str, tuple[str, float]]) -> dict[str, Any]:

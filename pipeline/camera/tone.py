@@ -3,7 +3,8 @@
 from functools import lru_cache
 
 import numpy as np
-from dockpose.checks import check_number, shown
+from dockpose.checks import check_number
+from dockpose.text import shown
 
 TONES = ("linear", "srgb")
 _LIGHT = 65535  # what white is in linear light

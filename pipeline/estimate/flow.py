@@ -16,7 +16,7 @@ from dockpose.camera.image import (
     significant_bits,
     to_grey,
 )
-from dockpose.checks import check_is, shown
+from dockpose.checks import check_is
 from dockpose.dock import Dock
 from dockpose.estimate.drawing import picture_of
 from dockpose.estimate.result import Estimate
@@ -24,6 +24,7 @@ from dockpose.estimate.search import Picture, search
 from dockpose.lights.masks import hide
 from dockpose.lights.region import Region, crop, masks_within, part_of
 from dockpose.settings import Settings
+from dockpose.text import shown
 from dockpose.thresholds import histogram_of
 
 

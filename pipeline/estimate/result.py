@@ -9,7 +9,6 @@ from typing import Any
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
-from dockpose.checks import InputError
 from dockpose.dock import Dock
 from dockpose.estimate import drawing
 from dockpose.lights.ellipse import Ellipse, NoEllipseError
@@ -21,6 +20,7 @@ from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.solve import find_poses
 from dockpose.settings import Settings
+from dockpose.text import InputError
 from dockpose.thresholds import Threshold
 
 SCHEMA = 1

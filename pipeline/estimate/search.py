@@ -18,6 +18,7 @@ from dockpose.estimate.result import Estimate
 from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, LEAST_PX
 from dockpose.lights.colours import tell_colours
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
+from dockpose.lights.growing import distances
 from dockpose.lights.markers import Markers, find_markers
 from dockpose.lights.region import markers_in_whole, ring_in, threshold_in_whole
 from dockpose.lights.ring import Ring
@@ -26,7 +27,6 @@ from dockpose.pose.detection import detection_of, few_in_words, found_in_words, 
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, hats_local, histogram_of
 from dockpose.thresholds.scales import at_scales
-from scipy.spatial import KDTree
 
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
 LIKELY_RANGE_M = 1.0
@@ -110,7 +110,7 @@ class _Found:
         own = self.stages.get("markers")
         if self.status != "not_a_ring" or own is None or "ring" not in self.stages or len(own) != len(markers):
             return False
-        return float(KDTree(own.points_px).query(markers.points_px)[0].max()) < LEAST_PX
+        return float(distances(markers.points_px, own.points_px).min(axis=1).max()) < LEAST_PX
 
     def rank(self) -> tuple[bool, bool, bool, float]:
         """A ring of five lights or more before one of fewer, any before none, and the least likely to be chance.

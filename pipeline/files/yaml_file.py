@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from dockpose.checks import InputError, shown
+from dockpose.text import InputError, shown
 
 # A camera file with all of a calibration's corners, as OpenCV's own program writes it, has some 200 kB.
 MOST_BYTES = 300_000

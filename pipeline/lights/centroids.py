@@ -39,7 +39,7 @@ def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, fo
         beside = _nearest(points, light, 3.0 * far)
         slope_x, slope_y = _slopes(grey, points, light, beside, window)
         middle = (left + right) / 2, (top + bottom) / 2
-        inner = grey[max(0, row - 1) : row + 2, max(0, column - 1) : column + 2].max()
+        inner = _brightest(grey, _window(grey, row, column, 1))
         height = inner - water
         rise = max(abs(slope_x) * (right - left), abs(slope_y) * (bottom - top))
         if rise > _SMALL_RISE * height:
@@ -114,7 +114,9 @@ def _plane_inside(grey: np.ndarray, centre: tuple[float, float], radius: float, 
             terms = (1.0, dx, dy, level, dx * dx, dy * dy, dx * level, dy * level, level * level)
             for number, term in enumerate(terms):
                 sums[number] += term
-    means = sums / sums[0]
+    means = sums.copy()
+    for number in range(len(sums)):
+        means[number] /= sums[0]
     spread_x, spread_y = max(means[4] - means[1] ** 2, 1e-9), max(means[5] - means[2] ** 2, 1e-9)
     slope_x = (means[6] - means[1] * means[3]) / spread_x
     slope_y = (means[7] - means[2] * means[3]) / spread_y
@@ -132,6 +134,16 @@ def _window(grey: np.ndarray, row: int, column: int, far: int) -> tuple[int, int
 
 
 @compiled
+def _brightest(grey: np.ndarray, window: tuple[int, int, int, int]) -> float:
+    top, bottom, left, right = window
+    most = grey[top, left]
+    for y in range(top, bottom + 1):
+        for x in range(left, right + 1):
+            most = max(most, grey[y, x])
+    return most
+
+
+@compiled
 def _median_along_edge(grey: np.ndarray, top: int, bottom: int, left: int, right: int) -> float:
     values = np.empty(2 * (right - left + 1) + 2 * (bottom - top + 1))
     count = 0
@@ -141,7 +153,36 @@ def _median_along_edge(grey: np.ndarray, top: int, bottom: int, left: int, right
     for y in range(top, bottom + 1):
         values[count], values[count + 1] = grey[y, left], grey[y, right]
         count += 2
-    return np.median(values)
+    return _median(values)
+
+
+@compiled
+def _median(values: np.ndarray) -> float:
+    """Median of values (N,) by quickselect (Hoare 1961), which compiles in half the time of numpy's."""
+    ordered = values.copy()
+    middle, low, high = len(ordered) // 2, 0, len(ordered) - 1
+    while low < high:
+        pivot, left, right = ordered[(low + high) // 2], low, high
+        while left <= right:
+            while ordered[left] < pivot:
+                left += 1
+            while ordered[right] > pivot:
+                right -= 1
+            if left <= right:
+                ordered[left], ordered[right] = ordered[right], ordered[left]
+                left, right = left + 1, right - 1
+        if middle <= right:
+            high = right
+        elif middle >= left:
+            low = left
+        else:
+            break
+    if len(ordered) % 2:
+        return ordered[middle]
+    below = ordered[0]
+    for number in range(1, middle):
+        below = max(below, ordered[number])
+    return (below + ordered[middle]) / 2
 
 
 @compiled
@@ -150,7 +191,7 @@ def _slopes(
 ) -> tuple[float, float]:
     """Grey levels by which the water rises per pixel to the right and downwards, by opposite edges of a window."""
     top, bottom, left, right = window
-    edges = np.empty((4, max(bottom - top, right - left) + 1), grey.dtype)
+    edges = np.empty((4, max(bottom - top, right - left) + 1))
     count = np.zeros(4, np.int64)
     for y in range(top, bottom + 1):
         for side, x in enumerate((left, right)):
@@ -179,11 +220,11 @@ def _going_on(slope: float, beyond: float) -> float:
 @compiled
 def _rise(one: np.ndarray, other: np.ndarray) -> float:
     """How much brighter the other edge is, as far as that is beyond the noise of both."""
-    rise = np.median(other) - np.median(one)
+    rise = _median(other) - _median(one)
     steps = 0.0
     for edge in (one, other):
         for place in range(1, len(edge)):
-            steps += abs(float(edge[place]) - float(edge[place - 1]))
+            steps += abs(edge[place] - edge[place - 1])
     numbers = len(one) + len(other)
     spread = _NORMAL * steps / max(1, numbers - 2)
     variance = np.pi / 2 * spread**2 * (1 / len(one) + 1 / len(other))

@@ -28,7 +28,8 @@ def _cone(conic: np.ndarray, fx: float, fy: float, cx: float, cy: float) -> np.n
     zz = A * cx * cx + B * cx * cy + C * cy * cy + D * cx + E * cy + F
     xx, xy, yy = fx * fx * A, fx * fy * B / 2, fy * fy * C
     norm = math.sqrt(xx * xx + yy * yy + zz * zz + 2 * (xy * xy + xz * xz + yz * yz))
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) / norm
+    xx, xy, xz, yy, yz, zz = xx / norm, xy / norm, xz / norm, yy / norm, yz / norm, zz / norm
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 @compiled
@@ -44,9 +45,14 @@ def _poses_of_cone(l1: float, l2: float, l3: float, axes: np.ndarray, radius: fl
             poses[number, 0, axis] = side * axes[0, axis] + g * axes[2, axis]
             poses[number, 1, axis] = distance * (side * l3 * axes[0, axis] + g * l1 * axes[2, axis]) / l2
             facing += poses[number, 0, axis] * poses[number, 1, axis]
-        if poses[number, 1, 2] < 0:
-            poses[number, 1] *= -1
-            facing = -facing
-        if facing > 0:
-            poses[number, 0] *= -1
-    return poses[::-1] if poses[0, 0, 0] > poses[1, 0, 0] else poses
+        ahead = -1.0 if poses[number, 1, 2] < 0 else 1.0
+        towards = -1.0 if ahead * facing > 0 else 1.0
+        for axis in range(3):
+            poses[number, 0, axis] *= towards
+            poses[number, 1, axis] *= ahead
+    if poses[0, 0, 0] > poses[1, 0, 0]:
+        for part in range(2):
+            for axis in range(3):
+                one, other = poses[0, part, axis], poses[1, part, axis]
+                poses[0, part, axis], poses[1, part, axis] = other, one
+    return poses

@@ -10,12 +10,9 @@ import numpy as np
 from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, MOST_LIGHTS
 from dockpose.lights.cone import circles_behind
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
-from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_OF_RADIUS
+from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_OF_RADIUS, distances
 from dockpose.lights.polygon import Polygon, refitted, regular
 from dockpose.lights.whole import TOLERANCE_OF_AXIS
-from scipy.spatial.distance import cdist
-from scipy.spatial.transform import Rotation
-from scipy.special import pdtrc
 
 LEAST_LIGHTS = 9  # fewer are found by their corners, and hardly by trying fives of the points
 _TRIALS = 600  # fives of points: one of them is all lights in 99 % of pictures where two in five points are
@@ -65,6 +62,8 @@ def _ellipses(points_px: np.ndarray, tolerance_px: float) -> Iterator[tuple[Elli
 
 def _log_chance_of_ellipse(ellipse: Ellipse, on: np.ndarray, points_px: np.ndarray) -> float:
     """Logarithm of how many ellipses through five of the points (M, 2) chance would lead past as many more of them."""
+    from scipy.special import pdtrc  # takes a third of a second to import, which few pictures need
+
     major = ellipse.semi_axes_px[0]
     off = points_px[~on] - ellipse.centre_px
     around = int((np.hypot(off[:, 0], off[:, 1]) < 2 * major).sum())
@@ -164,7 +163,8 @@ def _spacings(
                 if chance < most:
                     roll_rad = _phase(angles, sides)
                     off = np.hypot(*(flat - regular(sides, roll_rad)[corner_of]).T)
-                    turned = R @ Rotation.from_rotvec([0, 0, roll_rad]).as_matrix()
+                    cos, sin = math.cos(roll_rad), math.sin(roll_rad)
+                    turned = R @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
                     found.append(_Spacing(chance, sides, focal_px, corner_of, turned, t, off))
     return found
 
@@ -179,7 +179,7 @@ def _whole(spacing: _Spacing, points_px: np.ndarray, on: np.ndarray, tolerance_p
     polygon = refitted(corners, mapping / spacing.centre[2], points_px, unit, focal_px)
     # Of the whole ring the places are better known than the ellipse was of its points and others.
     places = np.column_stack([unit, np.ones(sides)]) @ polygon.mapping.T
-    off_px = cdist(places[:, :2] / places[:, 2:], points_px)
+    off_px = distances(places[:, :2] / places[:, 2:], points_px)
     within_px = max(tolerance_px, TOLERANCE_OF_RADIUS * polygon.semi_axes_px[1])
     corners = np.where(off_px.min(axis=1) < within_px, off_px.argmin(axis=1), -1)
     return refitted(corners, polygon.mapping, points_px, unit, focal_px) if (corners >= 0).sum() >= 4 else polygon

@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 from dockpose.checks import as_points
 from dockpose.compiled import compiled
-from scipy import linalg
 
 MIN_POINTS = 5  # a conic has five degrees of freedom
 _PARTIAL = 0.5  # distance from the points' mean to the ellipse's centre, in semi-axes: 0.64 for half of it, 0 for all
@@ -165,10 +164,20 @@ def _squared_distances(conic: np.ndarray, points: np.ndarray) -> np.ndarray:
 @compiled
 def _normalised(points: np.ndarray) -> tuple[float, float, float, np.ndarray]:
     """Mean x and y of points (N, 2), their scatter about it, and the points (N, 2) from there in its units."""
-    x, y = points[:, 0].mean(), points[:, 1].mean()
-    centred = points - np.array([x, y])
-    scale = math.sqrt((centred * centred).sum() / len(points))
-    return x, y, scale, centred / scale
+    count, x, y, squares = len(points), 0.0, 0.0, 0.0
+    for number in range(count):
+        x += points[number, 0] / count
+        y += points[number, 1] / count
+    centred = np.empty((count, 2))
+    for number in range(count):
+        across, down = points[number, 0] - x, points[number, 1] - y
+        centred[number, 0], centred[number, 1] = across, down
+        squares += across * across + down * down
+    scale = math.sqrt(squares / count)
+    for number in range(count):
+        centred[number, 0] /= scale
+        centred[number, 1] /= scale
+    return x, y, scale, centred
 
 
 @compiled
@@ -177,7 +186,8 @@ def _design(points: np.ndarray) -> np.ndarray:
     design = np.ones((len(points), 6))
     for number in range(len(points)):
         x, y = points[number, 0], points[number, 1]
-        design[number, :5] = x * x, x * y, y * y, x, y
+        design[number, 0], design[number, 1], design[number, 2] = x * x, x * y, y * y
+        design[number, 3], design[number, 4] = x, y
     return design
 
 
@@ -212,8 +222,12 @@ def _halir_flusser(design: np.ndarray) -> np.ndarray:
 @compiled
 def _reduced(design: np.ndarray) -> tuple[bool, np.ndarray, np.ndarray]:
     """Whether the points lie on a line, C^-1 M (3, 3) with M = S1 + S2 T, and T (3, 3) = -S3^-1 S2^T."""
-    scatter = design.T @ design
+    scatter, M = np.zeros((6, 6)), np.zeros((3, 3))
     reduced, T = np.zeros((3, 3)), np.zeros((3, 3))
+    for number in range(len(design)):
+        for row in range(6):
+            for column in range(row, 6):
+                scatter[row, column] += design[number, row] * design[number, column]
     sxx, sxy, syy, count = scatter[3, 3], scatter[3, 4], scatter[4, 4], scatter[5, 5]
     determinant = sxx * syy - sxy * sxy
     if determinant < 1e-12 * count * count:
@@ -224,9 +238,14 @@ def _reduced(design: np.ndarray) -> tuple[bool, np.ndarray, np.ndarray]:
         T[0, column] = (sxy * y - syy * x) / determinant
         T[1, column] = (sxy * x - sxx * y) / determinant
         T[2, column] = -one / count
-    M = scatter[:3, :3] + np.ascontiguousarray(scatter[:3, 3:]) @ T
+    for row in range(3):
+        for column in range(3):
+            M[row, column] = scatter[min(row, column), max(row, column)]
+            for one in range(3):
+                M[row, column] += scatter[row, 3 + one] * T[one, column]
     # The inverse of the constraint 4AC - B^2 = 1.
-    reduced[0], reduced[1], reduced[2] = M[2] / 2, -M[1], M[0] / 2
+    for column in range(3):
+        reduced[0, column], reduced[1, column], reduced[2, column] = M[2, column] / 2, -M[1, column], M[0, column] / 2
     return False, reduced, T
 
 
@@ -272,8 +291,9 @@ def _hyper_conic(design: np.ndarray, direct: np.ndarray) -> np.ndarray:
     N -= (np.einsum("ni,ni,njk->jk", moved, xi, V0) + pulled + pulled.T) / count**2
     try:
         # M theta = lambda N theta with the least |lambda|, solved inverted: M is positive definite and N is not.
-        inverted, candidates = linalg.eigh(N, M)
-    except linalg.LinAlgError:
+        root = np.linalg.cholesky(M)
+        inverted, candidates = np.linalg.eigh(np.linalg.solve(root, np.linalg.solve(root, N).T))
+    except np.linalg.LinAlgError:
         return direct
-    conic = candidates[:, np.argmax(np.abs(inverted))] * [1, 2, 1, 2, 2, 1]
+    conic = np.linalg.solve(root.T, candidates[:, np.argmax(np.abs(inverted))]) * [1, 2, 1, 2, 2, 1]
     return conic if 4 * conic[0] * conic[2] > conic[1] ** 2 else direct

@@ -15,6 +15,11 @@ _NOISE_PX = 1.0  # of a centre, for what of a perspective may be feigned
 _PERSPECTIVE_PRIOR = 0.03  # weak, see _fit
 
 
+def distances(points_px: np.ndarray, others_px: np.ndarray) -> np.ndarray:
+    """How far (N, M) each of some points (N, 2) is from each of others (M, 2)."""
+    return np.hypot(*(points_px[:, None] - others_px).transpose(2, 0, 1))
+
+
 @compiled
 def grow_all(sought: Sought, triples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Corners (K, N), sums of squares (K,) and homographies (K, 3, 3) of the polygons that triples grow to."""

@@ -7,8 +7,6 @@ import numpy as np
 from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, CLOSED
 from dockpose.lights.growing import TOLERANCE_PX
 from dockpose.lights.polygon import Polygon
-from scipy.spatial import KDTree
-from scipy.special import bdtrc
 
 _NEIGHBOURS = 8  # of a lattice's point: the nearest of a square one
 _TOLERANCE = 0.05  # of a step, by which perspective and lens change it from one point to the next
@@ -25,6 +23,8 @@ def repeating(points_px: np.ndarray) -> np.ndarray:
     in_lattice = np.zeros(count, dtype=bool)
     if count <= _NEIGHBOURS:
         return in_lattice
+    from scipy.spatial import KDTree  # takes a third of a second to import, which few pictures need
+
     tree = KDTree(points_px)
     steps_px, near = (np.asarray(found)[:, 1:] for found in tree.query(points_px, k=_NEIGHBOURS + 1))
     away = points_px[near] - points_px[:, None]
@@ -55,6 +55,9 @@ def goes_on(polygon: Polygon, unit: np.ndarray, points_px: np.ndarray, tolerance
 
 def _meets(on_ring: np.ndarray, mapping: np.ndarray, others: np.ndarray, tolerance_px: float) -> bool:
     """Whether points of a ring, shifted in the plane of a mapping, meet others more often than by chance."""
+    from scipy.spatial import KDTree  # takes a third of a second to import, which few pictures need
+    from scipy.special import bdtrc
+
     flat = cv2.perspectiveTransform(on_ring[None], np.linalg.inv(mapping))[0]
     shifted = (flat[:, None, None] + flat[None, :, None] - flat[None, None, :]).reshape(-1, 2)
     shifted = shifted[shifted @ mapping[2, :2] + mapping[2, 2] > 0.1]

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 from dockpose.checks import check_number
+from dockpose.lights.growing import distances
 from dockpose.lights.markers import Markers
 from dockpose.lights.motion import MOVED_PX, Motion, Paths
-from scipy.spatial import KDTree
-from scipy.spatial.distance import cdist
 
 # x_px, y_px of the upper left corner, width_px, height_px: (10, 20, 30, 5) hides columns 10 to 39 of rows 20 to 24.
 Mask = tuple[float, float, float, float]
@@ -179,10 +178,12 @@ def _has_moved(before_px: np.ndarray, region: Mask | None, now_px: np.ndarray) -
 def _closest(points_px: np.ndarray, others_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Distance (N,) from each point (N, 2) to the nearest of some others (M, 2), and the index (N,) of that one."""
     if len(points_px) * len(others_px) > _FEW_PAIRS:
+        from scipy.spatial import KDTree  # takes a third of a second to import, which few pictures need
+
         distance, nearest = KDTree(others_px).query(points_px)
         return np.asarray(distance), np.asarray(nearest)
-    distances = cdist(points_px, others_px)
-    return distances.min(axis=1), distances.argmin(axis=1)
+    apart = distances(points_px, others_px)
+    return apart.min(axis=1), apart.argmin(axis=1)
 
 
 def _near_ring(points_px: np.ndarray, on_ring: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from dockpose.compiled import compiled
-from scipy.spatial.distance import cdist
+from dockpose.lights.growing import distances
 
 FRAMES = 8  # over which groups are followed
 MOVED_PX = 2.0  # over so many frames; less is no motion
@@ -44,7 +44,7 @@ class Paths:
         kept = [path for path, was in zip(self._paths, searched.tolist(), strict=True) if not was]
         free = np.ones(len(points_px), dtype=bool)
         if len(ends) and len(points_px):
-            apart = cdist(ends, points_px)
+            apart = distances(ends, points_px)
             nearest, back = apart.argmin(axis=1), apart.argmin(axis=0)
             for number in np.flatnonzero(searched & (back[nearest] == np.arange(len(ends)))).tolist():
                 point = nearest[number]
@@ -61,9 +61,12 @@ class Paths:
 
     def _motion(self) -> Motion | None:
         long = [path for path in self._paths if len(path) > FRAMES and abs(path[-1] - path[0]) > MOVED_PX]
+        least = max(_LEAST, (len(long) + 1) // 2)
+        if len(long) < least:
+            return None
         before = np.array([path[0] for path in long], dtype=np.complex128)
         now = np.array([path[-1] for path in long], dtype=np.complex128)
-        together, turn, shift = _moved_together(before, now, max(_LEAST, (len(long) + 1) // 2))
+        together, turn, shift = _moved_together(before, now, least)
         if not together.any():
             return None
         return Motion(turn, shift, now[together].view(float).reshape(-1, 2))

@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 from dockpose.compiled import compiled
-from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_PX, grow_all, stretch
+from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_PX, distances, grow_all, stretch
 from dockpose.lights.reprojection import Sought, as_pose
-from scipy.spatial import KDTree
 
 # The brightest points are looked at, first few, then more.
 FIRST_POINTS, MAX_POINTS = 40, 150
@@ -68,8 +67,9 @@ def find_polygons(
     most = _NEIGHBOURS if count <= FIRST_POINTS else _NEIGHBOURS_OF_MANY
     is_scarce = count <= (FEW_POINTS if even else FIRST_POINTS)
     most = min(_NEIGHBOURS_OF_FEW if is_scarce else most, count - 1)
-    near = np.asarray(KDTree(points[first]).query(points[first], k=most + 1)[1])
-    near = np.ascontiguousarray(first[near[:, 1:]])
+    apart = distances(points[first], points[first])
+    np.fill_diagonal(apart, -1.0)
+    near = np.ascontiguousarray(first[apart.argsort(axis=1, kind="stable")[:, 1 : most + 1]])
     sought = Sought(points, unit, float(focal_px), float(tolerance_px))
     steps = np.vstack([_STEPS, _more_steps(sides)]) if count <= FEW_POINTS else _STEPS
     steps = steps[steps.sum(axis=1) < sides]

@@ -33,7 +33,9 @@ def sum_products(
     products: np.ndarray, R: np.ndarray, t: np.ndarray, lights: np.ndarray, rays: LightRays, are_free: bool
 ) -> None:
     """J^T J (7, 7) of the lights' (N, 3) images in px, last column residuals; of free lights, across the circle."""
-    products[:] = 0.0
+    for row in range(7):
+        for column in range(7):
+            products[row, column] = 0.0
     J = np.zeros((2, 7))
     for light in range(len(lights)):
         x, y, z = lights[light, 0], lights[light, 1], lights[light, 2]
@@ -162,7 +164,10 @@ def _refined(sought: Sought, corners: np.ndarray, mapping: np.ndarray) -> tuple[
     least, best = np.inf, mapping
     products, step = np.empty((7, 7)), np.empty((6, 1))
     for _ in range(_STEPS):
-        if (R[2, 0] * lights[:, 0] + R[2, 1] * lights[:, 1] + t[2]).min() < _NEAREST:
+        nearest = np.inf
+        for light in range(len(lights)):
+            nearest = min(nearest, R[2, 0] * lights[light, 0] + R[2, 1] * lights[light, 1] + t[2])
+        if nearest < _NEAREST:
             break
         sum_products(products, R, t, lights, rays, False)
         squares = products[6, 6]

@@ -11,13 +11,11 @@ from dockpose.dock import Dock
 from dockpose.lights.chance import ACCEPTED, LEAST_CROWD, LEAST_PX, MOST_LIGHTS, NUMBERS, Candidate, Scene, accepted
 from dockpose.lights.conics import LEAST_LIGHTS, polygons_on_ellipses
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
-from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX
+from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX, distances
 from dockpose.lights.lattice import goes_on, repeating, strung
 from dockpose.lights.markers import Markers
 from dockpose.lights.polygon import FEW_POINTS, FIRST_POINTS, MAX_POINTS, Polygon, find_polygons, regular, without_worst
 from dockpose.lights.whole import TOLERANCE_OF_AXIS, ellipse_through, log_chance_of_all, spaced_as
-from scipy.spatial.distance import cdist
-from scipy.special import pdtrc
 
 # A large light's centre may lie this share of its diameter off the ellipse, see also TOLERANCE_OF_AXIS.
 TOLERANCE_OF_LIGHT = 0.15
@@ -294,18 +292,19 @@ def _others_on(best: Candidate, exact: Candidate, scene: Scene, within_px: float
     # What is near a light is a part of it.
     is_light[best.polygon.members] = False
     others = points_px[is_light]
-    others = others[cdist(others, points_px[best.polygon.members]).min(axis=1) > 2 * within_px]
+    others = others[distances(others, points_px[best.polygon.members]).min(axis=1) > 2 * within_px]
     others = np.vstack([others, points_px[np.setdiff1d(best.polygon.members, members)]])
-    distances = ellipse.distances(others)
+    off_px = ellipse.distances(others)
     radius = polygon.semi_axes_px[0]
     near = np.hypot(*(others - polygon.centre_px).T) < 2 * radius
-    on = int((near & (distances < within_px)).sum())
+    on = int((near & (off_px < within_px)).sum())
     # The band along the ellipse, of the disc in which the others are counted.
     expected = float(near.sum() - on) * min(1.0, within_px / radius)
-    return (
-        on >= max(_FEWEST_OTHERS, _UNEXPLAINED * len(members))
-        and float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
-    )
+    if on < max(_FEWEST_OTHERS, _UNEXPLAINED * len(members)):
+        return False
+    from scipy.special import pdtrc  # takes a third of a second to import, which few pictures need
+
+    return float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
 
 
 def _is_same(one: Candidate, other: Candidate) -> bool:

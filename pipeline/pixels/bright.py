@@ -7,7 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from dockpose.compiled import compiled
-from dockpose.pixels.flood import LEVELS, Shapes, add_pixel, count_groups, group_shapes, label_groups, no_shapes
+from dockpose.pixels.flood import (
+    LEVELS,
+    Shapes,
+    add_pixel,
+    count_groups,
+    group_shapes,
+    label_groups,
+    no_shapes,
+    to_means,
+)
 
 _RUN = 256  # pixels
 # Levels so near the top are saturated: noise and compression lower some.
@@ -227,6 +236,5 @@ def shapes_in_squares(
                 level = np.int64(levels[y, x])
                 if level >= dimmest[row[square]]:
                     add_pixel(shapes, row[square], x, y, level, saturated)
-    for group in range(len(dimmest)):
-        shapes.moments[group] /= max(shapes.areas[group], 1)
+    to_means(shapes)
     return shapes

@@ -52,7 +52,8 @@ def brightest_first(values: np.ndarray) -> np.ndarray:
     start = np.zeros(top - bottom + 2, np.int64)
     for value in values:
         start[top - value + 1] += 1
-    start = np.cumsum(start)
+    for place in range(1, len(start)):
+        start[place] += start[place - 1]
     order = np.empty(len(values), np.int32)
     for number in range(len(values)):
         slot = top - values[number]
@@ -170,7 +171,8 @@ def label_groups(index: np.ndarray, width: int) -> tuple[int, np.ndarray]:
             groups += 1
         else:
             label_of_run[run] = label_of_run[root]
-        labels[starts[run] : ends[run]] = label_of_run[run]
+        for pixel in range(starts[run], ends[run]):
+            labels[pixel] = label_of_run[run]
     return groups, labels
 
 
@@ -228,7 +230,9 @@ class Shapes(NamedTuple):
 def no_shapes(count: int) -> Shapes:
     """Shapes of groups to which pixels are yet to be added."""
     boxes = np.empty((count, 4), np.int64)
-    boxes[:, :2], boxes[:, 2:] = np.iinfo(np.int64).max, -1
+    for group in range(count):
+        boxes[group, 0] = boxes[group, 1] = np.iinfo(np.int64).max
+        boxes[group, 2] = boxes[group, 3] = -1
     areas, peaks, saturated = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
     return Shapes(areas, np.zeros((count, 2)), boxes, peaks, saturated)
 
@@ -256,6 +260,13 @@ def group_shapes(
         if index[pixel] >= (y + 1) * width:
             y = index[pixel] // width
         add_pixel(shapes, labels[pixel], index[pixel] - y * width, y, level[pixel], saturated)
-    for group in range(count):
-        shapes.moments[group] /= max(shapes.areas[group], 1)
+    to_means(shapes)
     return shapes
+
+
+@compiled
+def to_means(shapes: Shapes) -> None:
+    """Divide the sums of pixels' places by how many there are."""
+    for group in range(len(shapes.areas)):
+        for axis in range(2):
+            shapes.moments[group, axis] /= max(shapes.areas[group], 1)

@@ -11,7 +11,6 @@ from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, angles_of
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at
 from dockpose.pose.uncertainty import PoseErrors, SharedErrors, deviations, log_odds, nearer, noise_px
-from scipy.special import fdtrc
 
 DECIDED = 0.95  # the choice counts as decided from this probability on
 SAME_RAD = math.radians(0.2)  # poses whose normals differ by less than this are the same
@@ -117,6 +116,8 @@ def _slid(fit: Fit, placement: Placement, dock: Dock, rays: LightRays) -> Fit:
     least = float(fit.squares_px2[best])
     if spare < 1 or least < count * _PLACED_PX**2:
         return fit
+    from scipy.special import fdtrc  # takes a third of a second to import, which few pictures need
+
     free = refine(fit.rotations, fit.positions_m, None, dock.radius, rays)
     across = max(float(free.squares_px2[best]), count * _LEAST_PX**2) / spare
     along = (least - float(free.squares_px2[best])) / (count - 1)

@@ -125,8 +125,9 @@ def _minimised(
             if free > 0:
                 _move_along(lights[k], free, R[k], t[k], rays)
             sum_products(products, R[k], t[k], lights[k], rays, free > 0)
-            covariances[k] = 0.0
             for number in range(6):
+                for other in range(6):
+                    covariances[k, number, other] = 0.0
                 products[number, number] *= 1 + _DAMPING
                 gradient[number], covariances[k, number, number] = products[number, 6], 1.0
             if free > 0:
@@ -148,14 +149,19 @@ def _minimised(
                 t[k, axis] += share * steps[k, axis]
             turn(R[k], share * steps[k, 3], share * steps[k, 4], share * steps[k, 5])
         # A pose has converged, or is so much worse than the best one that it need not.
-        hopeless = HOPELESS * squares.min() + HOPELESS_PX2
+        least = squares[0]
+        for k in range(1, count):
+            least = min(least, squares[k])
+        hopeless = HOPELESS * least + HOPELESS_PX2
         settled = True
         for k in range(count):
             enough = _SETTLED * abs(squares[k]) + _SETTLED_PX2
             settled = settled and (gains[k] <= enough or squares[k] > hopeless)
         if settled:
             break
-    return R, t, np.maximum(squares, 0.0), covariances
+    for k in range(count):
+        squares[k] = max(squares[k], 0.0)
+    return R, t, squares, covariances
 
 
 @compiled

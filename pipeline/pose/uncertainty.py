@@ -13,7 +13,6 @@ from dockpose.compiled import compiled
 from dockpose.dock import Dock
 from dockpose.lights.reprojection import LightRays
 from dockpose.pose.refine import on_planes
-from scipy.special import erf, stdtrit
 
 # For the choice between two candidates: prior precision of centroids, and its weight in measured numbers.
 PRIOR_NOISE_PX = 0.02
@@ -45,8 +44,26 @@ def noise_px(squares_px2: float, numbers: int, parameters: int) -> float:
     freedom = max(0, numbers - parameters)
     if freedom == 0:
         return _prior_noise_px()
-    quantile = float(stdtrit(freedom, (1 + _HOLD) / 2)) / 1.96  # 97.5 %, of Student's distribution over the normal one
-    return quantile * math.sqrt(max(squares_px2, _LEAST_SQUARES_PX2) / freedom)
+    return _quantile(freedom) * math.sqrt(max(squares_px2, _LEAST_SQUARES_PX2) / freedom)
+
+
+@lru_cache(maxsize=64)
+def _quantile(freedom: int) -> float:
+    """The 97.5 % quantile of Student's distribution, over that of the normal one."""
+    low, high = 0.0, math.pi / 2
+    while (middle := (low + high) / 2) not in (low, high):
+        low, high = (middle, high) if _held(middle, freedom) < _HOLD else (low, middle)
+    return math.sqrt(freedom) * math.tan(middle) / 1.96
+
+
+def _held(angle: float, freedom: int) -> float:
+    """Share of Student's distribution within sqrt(freedom) tan(angle) (Abramowitz and Stegun 1964, 26.7.3-4)."""
+    is_odd = freedom % 2
+    term, total = (math.cos(angle) if is_odd else 1.0), 0.0
+    for power in range(2 + is_odd, freedom + 1, 2):
+        total += term
+        term *= math.cos(angle) ** 2 * (power - 1) / power
+    return (angle + math.sin(angle) * total) * 2 / math.pi if is_odd else math.sin(angle) * total
 
 
 def log_evidence(squares_px2: np.ndarray, freedom: int) -> np.ndarray:
@@ -64,7 +81,8 @@ def _log_prior() -> np.ndarray:
 def _prior_noise_px() -> float:
     """The noise whose normal interval covers 95 % of errors where the prior is all that is known."""
     weights = np.exp(_log_prior())
-    held = erf(1.96 / math.sqrt(2) * _SCALES_PX[:, None] / _SCALES_PX) @ (weights / weights.sum())
+    within = 1.96 / math.sqrt(2) * _SCALES_PX[:, None] / _SCALES_PX
+    held = np.vectorize(math.erf)(within) @ (weights / weights.sum())
     return math.exp(float(np.interp(_HOLD, held, np.log(_SCALES_PX))))
 
 

@@ -12,8 +12,9 @@ from typing import Self, TypeVar
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.camera.image import orientation_sentence, turned
-from dockpose.checks import InputError, check_turn
+from dockpose.checks import check_turn
 from dockpose.dock import Dock
+from dockpose.text import InputError
 
 __all__ = ["Frame", "Frames", "SourceError"]
 

@@ -9,7 +9,7 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-from dockpose.checks import check_turn, shown
+from dockpose.checks import check_turn
 from dockpose.estimate import estimate
 from dockpose.files.yaml_file import FileError
 from dockpose.simulate import ClosedLoop, FilmPlan, film, load_sequence
@@ -22,6 +22,7 @@ from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 from dockpose.sources.live import Live
 from dockpose.sources.pictures import Pages, Pictures, has_pages, list_pictures
 from dockpose.sources.video import Video
+from dockpose.text import shown
 
 _ADDRESS = re.compile(r"(rtsps?|rtmps?|https?|udp|rtp|srt|tcp)://", re.IGNORECASE)
 _CAMERA = re.compile(r"(?:/dev/video)?([0-9]{1,4})")

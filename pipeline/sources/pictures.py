@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from dockpose.camera import image as decoding
 from dockpose.camera.tiff import is_tiff
-from dockpose.checks import as_text
 from dockpose.sources.frames import Frame, Indexed, SourceError, Tell
+from dockpose.text import as_text
 from PIL import ExifTags, Image
 
 PICTURE_ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif", ".webp", ".pgm", ".ppm")

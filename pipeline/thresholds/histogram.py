@@ -244,7 +244,7 @@ def _counts_of_steps(levels: np.ndarray, counted: np.ndarray, is_masked: bool, r
         for column in range(1, levels.shape[1]):
             if not is_masked or (counted[row, column] and counted[row, column - 1]):
                 counts[column % 4, abs(np.int64(levels[row, column]) - np.int64(levels[row, column - 1]))] += 1
-    return counts.sum(axis=0)
+    return counts[0] + counts[1] + counts[2] + counts[3]
 
 
 def _counts(levels: np.ndarray, counted: np.ndarray | None) -> np.ndarray:

@@ -14,10 +14,10 @@ from pathlib import PurePath
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from dockpose.checks import InputError, one_line
 from dockpose.palette import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION
 from dockpose.pixels.bright import PixelGroups, pixels_at
 from dockpose.pixels.flood import LEVELS
+from dockpose.text import InputError, one_line
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 GROUP = "dockpose.thresholds"  # of the entry points

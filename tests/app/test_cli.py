@@ -80,13 +80,38 @@ def test_a_mistyped_command_is_told_once():
     assert done.stderr == wanted
 
 
+def loaded_by(words, names):
+    """Which of these modules a command loads, in a process of its own."""
+    code = f"""
+import contextlib, sys
+from dockpose.app.cli import main
+with contextlib.suppress(SystemExit):
+    main({words!r})
+print([name for name in {names!r} if name in sys.modules])"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
+    return done.stdout.splitlines()[-1]
+
+
 @pytest.mark.slow
-def test_a_command_starts_without_what_only_some_need():
-    """Each of these takes a third of a second and more to load, which every command would take longer to start."""
-    code = "import sys, dockpose.app.cli; print([name for name in sys.argv[1:] if name in sys.modules])"
-    slow = ["scipy.stats", "scipy.optimize", "matplotlib", "viser", "pandas", "rerun", "distributed"]
-    done = subprocess.run([sys.executable, "-c", code, *slow], capture_output=True, text=True, timeout=60, check=True)
-    assert done.stdout == "[]\n"
+@pytest.mark.parametrize("words", [["--help"], ["--version"]])
+def test_help_and_version_load_no_library(words):
+    assert loaded_by(words, ["numpy", "numba", "cv2", "scipy", "rich", "msgspec", "dockpose.thresholds"]) == "[]"
+
+
+@pytest.mark.slow
+def test_the_estimate_of_a_picture_loads_none_of_what_takes_long():
+    slow = ["scipy.linalg", "scipy.special", "scipy.spatial", "scipy.fft", "matplotlib", "viser", "rich"]
+    assert loaded_by(["estimate", "tilted"], slow) == "[]"
+
+
+def test_how_far_compiling_is_said_at_once_and_every_few_seconds(monkeypatch, capsys):
+    compiling = cli._Compiling()
+    for done, now_s in ((0, 100.0), (1, 101.0), (7, 106.0), (8, 107.0), (20, 112.0)):
+        monkeypatch.setattr(cli.time, "monotonic", lambda now_s=now_s: now_s)
+        compiling(done)
+    first, *later = capsys.readouterr().err.splitlines()
+    assert first.startswith("dockpose: compiling the loops over pixels, once")
+    assert later == ["dockpose: compiling: 7 loops done, of some 45", "dockpose: compiling: 20 loops done, of some 45"]
 
 
 @pytest.fixture

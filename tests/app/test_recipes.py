@@ -1,6 +1,7 @@
 """The recipes of docs/code.md for a command and for a slider, followed to the letter."""
 
 import importlib.util
+import sys
 import tomllib
 from unittest.mock import MagicMock
 
@@ -35,7 +36,8 @@ def command(tmp_path, monkeypatch):
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    monkeypatch.setitem(cli.COMMANDS, "hello", (module.run, {}))
+    monkeypatch.setitem(sys.modules, "dockpose.app.commands.hello", module)
+    monkeypatch.setitem(cli.COMMANDS, "hello", "hello:run")
     options = read_toml("options.toml")
     monkeypatch.setitem(options["commands"], "hello", {"help": "greet somebody", "options": ["hello"]})
     monkeypatch.setitem(options, "hello", {"name": {"help": "whom"}})

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock, Settings
 from dockpose.camera.port import FlatPort
-from dockpose.checks import check_number, check_whole, one_line
+from dockpose.checks import check_number, check_whole
 from dockpose.simulate.parts import Lights, Pose, Sensor
+from dockpose.text import one_line
 
 
 @pytest.mark.parametrize("value", [1, 1.0, np.float32(1), np.int16(1), np.float64(1)])

@@ -16,12 +16,10 @@ from numba.core.dispatcher import Dispatcher
 
 PROGRAM = """
 import resource, signal
-from dockpose.compiled import compiled
+import numpy as np
+from dockpose.pixels.bright import bright_pixels
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (50, 50))  # as on a full disk: no file gets further
-
-from dockpose.pixels.bright import bright_pixels
-import numpy as np
 print(len(bright_pixels(np.full((2, 2), 9, np.uint8), 5)))
 """
 

@@ -18,12 +18,18 @@ VISERS_PAGE = re.compile(
 )
 
 # What each part of the library may import beside itself, in the order in which the data flows.
-LIBRARY: dict[str, set[str]] = {"checks": set(), "palette": set(), "compiled": set(), "files": {"checks"}}
+LIBRARY: dict[str, set[str]] = {
+    "text": set(),
+    "checks": {"text"},
+    "palette": set(),
+    "compiled": set(),
+    "files": {"text", "checks"},
+}
 for _name in ("camera", "dock", "pixels", "thresholds", "lights", "settings", "pose", "estimate", "tracking"):
     LIBRARY[_name] = set(LIBRARY)
-LIBRARY["simulate"] = {"checks", "files", "camera", "dock", "lights.ellipse", "pose"}
+LIBRARY["simulate"] = {"text", "checks", "files", "camera", "dock", "lights.ellipse", "pose"}
 # A simulated course that is steered by what is seen needs the estimate.
-LIBRARY["sources"] = {"checks", "files", "camera", "dock", "simulate", "estimate"}
+LIBRARY["sources"] = {"text", "checks", "files", "camera", "dock", "simulate", "estimate"}
 LIBRARY["study"] = {*LIBRARY} - {"sources"}
 LIBRARY["paper"] = {*LIBRARY} - {"sources"}
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from concurrent.futures import Future
 from typing import Any
 
-from dockpose.checks import one_line
+from dockpose.text import one_line
 
 LOG = logging.getLogger("dockpose.server")
 SOCKETS_LOG = logging.getLogger("dockpose.server.sockets")  # what websockets itself has to say

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import msgspec
 import viser
-from dockpose.checks import one_line
+from dockpose.text import one_line
 from msgspec import Meta
 
 LARGEST_BYTES = 64 * 2**10  # of a message that holds neither a part of a file nor a picture

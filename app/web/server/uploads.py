@@ -9,7 +9,7 @@ import viser
 from dockpose.app.inputs.received import clean_name
 from dockpose.app.web.server import viser_private
 from dockpose.app.web.server.journal import LOG, log_failure
-from dockpose.checks import one_line
+from dockpose.text import one_line
 
 MOST_AT_ONCE = 16  # files of one browser; the page sends one after the other
 PATIENCE_S = 60.0

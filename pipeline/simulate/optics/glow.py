@@ -10,8 +10,6 @@ from dockpose.simulate.optics.psf import ANGLES, FREQUENCIES, PointSpread, point
 from dockpose.simulate.optics.water import Water
 from dockpose.simulate.scene import Scene, random_stream, truth_of
 from numpy.fft import fftfreq, irfft2, rfft2
-from scipy.fft import next_fast_len
-from scipy.special import j1
 
 COARSE = 4  # pixels of the picture per cell of the coarse grid
 _NEAR_PX = 24.0  # within it a lamp's glow is computed for each pixel: farther out it is smooth over a coarse cell
@@ -114,6 +112,8 @@ def _angle_of_px(scene: Scene, points_m: np.ndarray, centres_px: np.ndarray) -> 
 
 def _lens_and_lamp(blur_rad: float, radius_rad: float) -> np.ndarray:
     """Transfer function of the lens' Gaussian blur and the lamp's disc."""
+    from scipy.special import j1
+
     lens = np.exp(-2 * (math.pi * blur_rad * FREQUENCIES) ** 2)
     x = 2 * math.pi * radius_rad * FREQUENCIES
     return lens * np.where(x > 1e-6, 2 * j1(x) / np.maximum(x, 1e-300), 1.0)
@@ -209,6 +209,8 @@ def _far(
 
 
 def _fast_length(least: int) -> int:
+    from scipy.fft import next_fast_len
+
     return int(next_fast_len(least, real=True))  # pyright: ignore[reportArgumentType] (its stub says None)
 
 

@@ -9,15 +9,14 @@ import msgspec
 import numpy as np
 from dockpose.checks import check_number, check_one_of, make_plain
 from dockpose.simulate.optics.water import Water, phase_function, scattering_angle_rad
-from scipy.fft import fht, fhtoffset
-from scipy.special import j0, j1
 
 _COUNT = 1536
 _STEP = math.log(1e12) / _COUNT
 # Water's own transfer function starts flat and falls like 1/x or more slowly. With this bias the transformed function
 # is equally low at both ends, so that its periodic continuation does not ring. Functions that vanish need none.
 _SLOW_BIAS = 0.7
-_OFFSET = fhtoffset(_STEP, mu=0.0, bias=_SLOW_BIAS)
+# By SciPy's fhtoffset(_STEP, mu=0.0, bias=_SLOW_BIAS); SciPy takes a third of a second to import.
+_OFFSET = 0.007278601109682185
 _CENTRE_FREQUENCY = 30.0  # cycles/rad, about where water's modulation transfer functions fall
 
 _SERIES_FROM, _SERIES_TERMS = 32.0, 12
@@ -41,6 +40,7 @@ def transfer_of(spread: np.ndarray) -> np.ndarray:
 def mean_bessel(x: np.ndarray) -> np.ndarray:
     """Mean of J0 from 0 up to each ``x`` above 0, exact to 1e-12; itj0y0 is wrong above 20 before SciPy 1.17."""
     from scipy.interpolate import CubicSpline  # takes a tenth of a second to import, which only simulating needs
+    from scipy.special import j0, j1
 
     result = np.empty_like(x, dtype=float)
     near = x < _SERIES_FROM
@@ -57,6 +57,8 @@ def mean_bessel(x: np.ndarray) -> np.ndarray:
 
 
 def _transform(values: np.ndarray, x: np.ndarray, y: np.ndarray, bias: float) -> np.ndarray:
+    from scipy.fft import fht
+
     # fht integrates over k = 2 pi y with an extra factor k; both cancel, except for a factor y.
     return fht(values * x, _STEP, mu=0.0, offset=_OFFSET, bias=bias) / y
 

@@ -7,9 +7,9 @@ from itertools import repeat
 from pathlib import Path
 from typing import Any
 
-from dockpose.checks import shown
 from dockpose.sources.bags.storage import MOST_BYTES, Place, Storage, Topic, kind_of_message
 from dockpose.sources.frames import SourceError
+from dockpose.text import shown
 
 _STEPS, _TIMES = 10_000, 100  # of SQLite's machine for one row, which takes a few dozen
 _MOST_TOPICS = 10_000

@@ -4,14 +4,14 @@ import json
 from contextlib import nullcontext
 
 import pytest
-from dockpose.app import cli
+from dockpose import compiled
 from dockpose.app.cli import main
 
 
 @pytest.fixture(autouse=True)
 def _no_word_on_compiling(monkeypatch):
     """Whether loops are compiled depends on which tests ran before; tests/test_package.py has the message."""
-    monkeypatch.setattr(cli, "on_compiling", lambda tell: nullcontext())
+    monkeypatch.setattr(compiled, "on_compiling", lambda tell: nullcontext())
 
 
 @pytest.fixture

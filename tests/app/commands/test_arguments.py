@@ -53,7 +53,7 @@ LINE = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z (DEBUG|INFO|WARNING|E
 
 
 def parsed(*words):
-    return _parser().parse_args(["doctor", *words])
+    return _parser("doctor").parse_args(["doctor", *words])
 
 
 def test_events_are_one_line_each_without_secrets(tmp_path):

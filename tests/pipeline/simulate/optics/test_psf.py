@@ -6,6 +6,7 @@ from dockpose.simulate.optics import psf as optics
 from dockpose.simulate.optics.psf import ANGLES, FREQUENCIES, Psf, hou_exponent, point_spread
 from dockpose.simulate.optics.water import PRESETS, Water, preset
 from numpy.polynomial.legendre import leggauss
+from scipy.fft import fhtoffset
 from scipy.special import j0
 
 NODES, WEIGHTS = leggauss(20)
@@ -164,3 +165,7 @@ def test_the_mean_transform_starts_at_one_and_falls():
     assert transform[0] == pytest.approx(1, abs=1e-3)
     assert (np.diff(transform) < 0).all()
     assert transform[-1] > 0
+
+
+def test_the_offset_is_scipys():
+    assert pytest.approx(fhtoffset(optics._STEP, mu=0.0, bias=optics._SLOW_BIAS), abs=1e-15) == optics._OFFSET

@@ -1,0 +1,95 @@
+"""How far a run over frames is, and tables, as rich draws them."""
+
+import logging
+import sys
+import time
+
+from dockpose.app.commands.console import put_text, say
+from dockpose.text import printable
+from rich.console import Console, ConsoleRenderable
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+_EVERY_S = {True: 0.2, False: 10.0}  # between two reports, to a terminal and elsewhere
+_LOG = logging.getLogger("dockpose")
+
+
+def put_rich(*parts: ConsoleRenderable | str) -> None:
+    """Write tables of rich and sentences to standard output, as wide as a terminal, elsewhere 120 characters."""
+    console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 120)
+    with console.capture() as captured:
+        for part in parts:
+            console.print(part)
+    put_text(captured.get())
+
+
+class TerminalBar(Progress):
+    """A bar that leaves no line where it is disabled, as rich before 14.3 does."""
+
+    def stop(self) -> None:
+        """Take the bar away."""
+        if not self.disable:
+            super().stop()
+
+
+class FrameProgress:
+    """Shows how many of ``total`` frames (or scenes, or parts) are done: a bar, or a line every ten seconds."""
+
+    def __init__(self, name: str, *, total: int | None = None, unit: str = "frames") -> None:
+        self._name, self.total, self._unit = name, total, unit
+        console = Console(stderr=True)
+        self._is_terminal = console.is_terminal  # asking takes a while
+        self._count = self._first = 0  # done, and of these before this run
+        self._is_begun = False
+        self._began_s = self._said_s = time.monotonic()
+        columns = ("{task.description}", BarColumn(), TextColumn("{task.fields[rate]}"), TimeRemainingColumn())
+        off = not self._is_terminal
+        self._bar = TerminalBar(*columns, console=console, transient=True, disable=off, redirect_stdout=False)
+        self._task = self._bar.add_task(escape(printable(name)), total=total, rate="")
+
+    def __enter__(self) -> "FrameProgress":
+        self._bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.stop()
+
+    def reach(self, count: int) -> None:
+        """Count up to so many; at first, those that an earlier run has done."""
+        if self._is_begun:
+            return self.step(count=count - self._count)
+        self._count = self._first = count
+        self._began_s, self._is_begun = time.monotonic(), True
+        if count > 0:
+            say(f"{count} of {self.total} {self._unit} are done already")
+        return None
+
+    def step(self, dropped: int = 0, *, count: int = 1, name: str = "") -> None:
+        """Count one more, or several; with the name of what is done it is shown at once. ``dropped`` is the total."""
+        self._count += count
+        now_s = time.monotonic()
+        if not name and now_s - self._said_s < _EVERY_S[self._is_terminal]:
+            return
+        self._said_s, elapsed_s, new = now_s, now_s - self._began_s, self._count - self._first
+        rate = rate_text(self._count, self.total, new / max(elapsed_s, 1e-9), dropped, self._unit)
+        if self._is_terminal:
+            words = escape(printable(name or self._name))
+            self._bar.update(self._task, description=words, total=self.total, completed=self._count, rate=rate)
+        else:
+            left_s = 0.0 if self.total is None else max(0.0, (self.total - self._count) * elapsed_s / max(new, 1))
+            say(f"{name or self._name}: {rate}" + ("" if self.total is None else f", {left_s:.0f} s left"))
+
+    def tell(self, text: str) -> None:
+        """Write a message without spoiling the bar."""
+        if self._is_terminal:
+            self._bar.console.print(f"dockpose: {printable(text)}", markup=False, highlight=False)
+            _LOG.info("%s", text, extra={"is_said": True})
+        else:
+            say(text)
+
+
+def rate_text(count: int, total: int | None, a_second: float, dropped: int = 0, unit: str = "frames") -> str:
+    """How far it is, in words: "300 of 1000 frames, 25.0 a second, 4 dropped"."""
+    of = "" if total is None else f" of {total}"
+    text = f"{count}{of} {unit}, {a_second:.1f} a second"
+    return f"{text}, {dropped} dropped" if dropped else text

@@ -1,0 +1,53 @@
+"""Text for people: the error whose text is one line, and values and names of files that are safe to print."""
+
+import re
+from typing import Any
+
+_LONGEST, _MOST_TEXT = 80, 900  # characters of a value that are quoted, and of a message
+
+
+class InputError(ValueError):
+    """Something that was given cannot be used; the text says what and why, on one line."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(one_line(text))
+
+
+def shown(value: Any) -> str:
+    """``repr`` of a value for a message: on one line, and no longer than a few words."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python refuses to print a whole number of thousands of digits
+        text = f"{hex(value)[:_LONGEST]}..."
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def one_line(text: str, most: int = _MOST_TEXT) -> str:
+    """Text for a message: what cannot be printed is spelt out; of a long one the middle, mostly a name, is left out."""
+    half = most // 2
+    return printable(text if len(text) <= most else f"{text[:half]}...{text[-half:]}")
+
+
+def printable(text: str) -> str:
+    r"""Text of any length in which what cannot be printed is spelt out, also the bytes of a name that are no text.
+
+    Examples
+    --------
+    >>> print(printable(b"tank\xff.png".decode(errors="surrogateescape")), printable(chr(27) + "[2J"))
+    tank\xff.png \x1b[2J
+    """
+    return text if text.isprintable() else "".join(map(_spelt, text))
+
+
+def as_text(name: str) -> str:
+    """A file's name as text that any file can hold: bytes in it that are no UTF-8 are spelt out, as in messages."""
+    # A lone surrogate stands for a byte that is no text, or is half of one.
+    return re.sub("[\ud800-\udfff]", lambda match: _spelt(match[0]), name)
+
+
+def _spelt(character: str) -> str:
+    if character.isprintable():
+        return character
+    if "\udc80" <= character <= "\udcff":  # Python's stand-in for a byte that is no UTF-8
+        return f"\\x{ord(character) - 0xDC00:02x}"
+    return character.encode("unicode_escape").decode()

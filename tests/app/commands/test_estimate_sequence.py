@@ -192,7 +192,7 @@ def test_progress_tells_rate_and_time_left_in_plain_lines(monkeypatch, capsys):
     assert rate_text(300, 1000, 30.0, 4) == "300 of 1000 frames, 30.0 a second, 4 dropped"
     assert rate_text(5, None, 2.5) == "5 frames, 2.5 a second"
     now_s = iter([0.0, *range(1, 100)])
-    monkeypatch.setattr("dockpose.app.commands.console.time.monotonic", lambda: next(now_s))
+    monkeypatch.setattr("dockpose.app.commands.progress.time.monotonic", lambda: next(now_s))
     with FrameProgress("film.avi") as progress:
         progress.total = 100
         for _ in range(25):

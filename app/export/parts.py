@@ -170,7 +170,8 @@ class NumberTable:
         if cell is None or cell != cell:  # not a number
             return MISSING
         if isinstance(cell, float):
-            return f"{cell:.{self.digits}g}" if abs(cell) < 10**self.digits else f"{cell:.0f}"
+            text = f"{cell:.{self.digits}g}"
+            return f"{cell:.0f}" if "e+" in text else text
         return str(cell)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import ziamath
+from dockpose.app.cli import COMMANDS
 from dockpose.app.cli import _parser as parser
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File
@@ -123,7 +124,7 @@ def examples() -> str:
 def commands() -> str:
     """Every command with its arguments in their groups, as Markdown, from the parser."""
     parts = []
-    for name, command in _commands(parser()).items():
+    for name, command in _commands(parser(*COMMANDS)).items():
         parts.append(f"## dockpose {name}\n\n{_about(name)}\n\n```text\n{command.format_usage().strip()}\n```\n")
         parts.append("| argument | what it does |\n|---|---|")
         for group in command._action_groups:
@@ -141,7 +142,7 @@ def _commands(top: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser
 
 
 def _about(name: str) -> str:
-    (subparsers,) = (action for action in parser()._actions if isinstance(action, argparse._SubParsersAction))
+    (subparsers,) = (action for action in parser(*COMMANDS)._actions if isinstance(action, argparse._SubParsersAction))
     text = next((one.help for one in subparsers._choices_actions if one.dest == name), "") or ""
     return f"{text[:1].upper()}{text[1:]}."
 

@@ -169,8 +169,9 @@ def choose_by_table(
     *,
     literal: bool = False,
 ) -> Orientation:
-    """Choose one of two candidates as Table 1 of the paper does; docs/paper.md says how its slip in print is read."""
-    # By the letter theta_x alone counts, against the frame before.
+    """Choose one of two candidates as Table 1 of the paper does, or, unless by the letter, by whole normals."""
+    # By the letter theta_x alone counts, against the frame before: if e1 < e2, in the second frame, against that of the
+    # other solution of the first, else against that of the one which was squared up to.
     selected, last = first, len(candidates) - 1
     if before is not None and literal:
         normal = before.other_normal if before.frame == 1 and before.eccentricity < eccentricity else before.normal

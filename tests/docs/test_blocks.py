@@ -38,14 +38,14 @@ def why_not_run(words: str) -> str | None:
 
 def options(command: str) -> set[str]:
     """All options of a command; of all commands where it is empty."""
-    (found,) = (one.choices for one in cli._parser()._actions if isinstance(one.choices, dict))
+    (found,) = (one.choices for one in cli._parser(*cli.COMMANDS)._actions if isinstance(one.choices, dict))
     chosen = [found[command]] if command else found.values()
     return {"--version", "--help"} | {option for one in chosen for option in one._option_string_actions}
 
 
 @pytest.mark.parametrize(("name", "words"), OURS, ids=lambda value: value)
 def test_commands_are_understood(name, words):
-    cli._parser().parse_args(cli._with_command(shlex.split(words)[1:]))
+    cli._parser(*cli.COMMANDS).parse_args(cli._with_command(shlex.split(words)[1:]))
 
 
 @pytest.mark.slow

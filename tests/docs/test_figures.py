@@ -88,7 +88,7 @@ def test_approaches_in_closed_loop(paper):
     right = {
         cells[0]: cells[3] for cells in paper[0] if len(cells) == 7 and cells[0].startswith(("Table 1", "tracker"))
     }
-    assert f"in {right['Table 1 by the letter']} (" in PAPER
-    assert f"in {right['Table 1 as we read it']} (" in PAPER
-    assert f"right at the end of {right['Table 1 by the letter']} of 100" in README
+    assert f"| Table 1 by the letter | {right['Table 1 by the letter']} (" in PAPER
+    assert f"| the same with whole normals in place of theta x | {right['Table 1 as we read it']} (" in PAPER
+    assert f"was the right one in {right['Table 1 by the letter']}; here" in README
     assert right["tracker"] == "100"

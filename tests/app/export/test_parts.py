@@ -1,5 +1,5 @@
 import pytest
-from dockpose.app.export.parts import by_verdict, sentences
+from dockpose.app.export.parts import NumberTable, by_verdict, page, sentences
 from dockpose.study.statistics import wilson
 
 
@@ -13,3 +13,17 @@ def test_the_interval_decides(low, high, wanted):
 
 def test_a_share_in_words():
     assert sentences("parts.txt", "share", wilson(2, 4)) == ["50 % (15 to 85)"]
+
+
+@pytest.mark.parametrize(
+    ("number", "text"), [(99.6, "100"), (99.4, "99"), (1234.5, "1234"), (0.0123, "0.012"), (-99.7, "-100"), (None, "–")]
+)
+def test_numbers_are_rounded_and_large_ones_written_out(number, text):
+    ((shown,),) = NumberTable("main", "", ["x"], [[number]], digits=2).shown
+    assert shown == text
+
+
+def test_the_report_on_the_paper_has_no_date():
+    """The same seed gives the same bytes, on another day too."""
+    text = page("reproduction.html", seed=7, versions={"dockpose": "1"}, parts=[])
+    assert "--seed 7</code>; versions:" in " ".join(text.split())

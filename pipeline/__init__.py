@@ -4,24 +4,33 @@ The data flows one way: image, threshold, markers, ring, ellipse, poses, choice.
 """
 
 from dockpose.camera.camera import Camera
-from dockpose.dock import Dock
+from dockpose.dock import Dock, Entrance
 from dockpose.estimate import Estimate, Settings, estimate
+from dockpose.guidance import Guidance, guide
 from dockpose.sources.opening import open_frames
 from dockpose.thresholds import register_threshold
 from dockpose.tracking.tracker import Track, Tracked, Tracker
+from dockpose.vehicle import BodyPose, Mount, Vehicle, load_vehicle
 
 __version__ = "0.2.0"
 
 __all__ = [
+    "BodyPose",
     "Camera",
     "Dock",
+    "Entrance",
     "Estimate",
+    "Guidance",
+    "Mount",
     "Settings",
     "Track",
     "Tracked",
     "Tracker",
+    "Vehicle",
     "__version__",
     "estimate",
+    "guide",
+    "load_vehicle",
     "open_frames",
     "register_threshold",
 ]

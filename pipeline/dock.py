@@ -10,6 +10,65 @@ from dockpose.checks import check_number, check_one_of, check_whole, make_plain
 
 LIGHT_COLOURS = ("white", "red", "green", "blue")
 _CLOSEST_DEG = 0.5  # two lights closer together than this are the same
+Vector = tuple[float, float, float]
+
+
+class Entrance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Where the vehicle shall go in, relative to the ring, and the corridor that leads there.
+
+    Parameters
+    ----------
+    position_m : (float, float, float), metres
+        Its middle in the dock's frame: x and y across the ring, z into the dock.
+    normal : (float, float, float)
+        Direction out of it along the corridor, of any length; (0, 0, -1) is straight out of the ring.
+    radius_m : float, metres
+        How far from its middle the vehicle may still go in.
+    cone_deg : float, degrees
+        How fast the corridor widens before it: the half angle of a cone that is ``radius_m`` wide at the entrance.
+    standoff_m : float, metres
+        How far before it, on the corridor's axis, a vehicle that is not in the cone goes first.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite or out of range, or the normal is zero.
+    """
+
+    position_m: Vector = (0.0, 0.0, 0.0)
+    normal: Vector = (0.0, 0.0, -1.0)
+    radius_m: float = 0.0
+    cone_deg: float = 15.0
+    standoff_m: float = 1.0
+
+    def __post_init__(self) -> None:
+        make_plain(self)
+        check_vectors(self, "position_m", "normal")
+        for name in ("radius_m", "cone_deg", "standoff_m"):
+            check_number(name, getattr(self, name), least=0)
+        if self.cone_deg >= 90:
+            raise ValueError(f"cone_deg is {self.cone_deg:g}; it must be below 90")
+
+    @property
+    def is_on_axis(self) -> bool:
+        """Whether it looks the same however the dock is rolled."""
+        return is_on_axis(self.position_m, self.normal)
+
+
+def check_vectors(of: msgspec.Struct, place: str, direction: str) -> None:
+    """Raise a ValueError unless one attribute is a place of three numbers, and another a direction that is not zero."""
+    for name in (place, direction):
+        if len(getattr(of, name)) != 3:
+            raise ValueError(f"{name} has {len(getattr(of, name))} values; it must have three")
+        for axis, value in zip("xyz", getattr(of, name), strict=True):
+            check_number(f"{name} {axis}", value)
+    if math.hypot(*getattr(of, direction)) < 1e-9:
+        raise ValueError(f"{direction} is {list(getattr(of, direction))}; it must have a length")
+
+
+def is_on_axis(position_m: Vector, normal: Vector) -> bool:
+    """Whether a place and a direction are on a dock's axis, so that no roll moves them."""
+    return not any((*position_m[:2], *normal[:2]))
 
 
 class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"diameter": "diameter_m"}):
@@ -37,13 +96,16 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
         under a dome of radius r is seen some 0.4 r deeper, a disc behind a rim some 0.15 r nearer.
     lamp_depth_sigma_m : float, metres
         Standard error of that depth.
+    entrance : Entrance, optional
+        Where the vehicle shall go in, and along which corridor; one off the dock's axis needs ``lights``, for the roll
+        shows by them.
 
     Raises
     ------
     ValueError
         If the diameter is not a positive number, there are fewer than 3 lights, the number of angles, colours or
         offsets differs from that of the lights, two angles are the same, a colour is unknown, or an offset or the
-        lamps' depth is as large as the radius.
+        lamps' depth is as large as the radius, or an entrance is off the axis of a dock of unknown lights.
 
     Examples
     --------
@@ -64,6 +126,7 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
     lights_sigma_m: float | None = None
     lamp_depth_m: float = 0.0
     lamp_depth_sigma_m: float = 0.0
+    entrance: Entrance | None = None
 
     if TYPE_CHECKING:  # what is taken is more than what is kept
 
@@ -78,6 +141,7 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
             lights_sigma_m: float | None = None,
             lamp_depth_m: float = 0.0,
             lamp_depth_sigma_m: float = 0.0,
+            entrance: Entrance | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -104,6 +168,8 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
         for name in ("diameter_sigma_m", "lights_sigma_m", "lamp_depth_sigma_m"):
             if getattr(self, name) is not None:
                 check_number(name, getattr(self, name), least=0)
+        if self.entrance is not None and self.lights is None and not self.entrance.is_on_axis:
+            raise ValueError("lights is None; an entrance off the dock's axis needs them, for the roll shows by them")
 
     def _check_angles(self) -> None:
         for index, angle in enumerate(self.angles_deg):

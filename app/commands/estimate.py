@@ -32,7 +32,7 @@ def add_parser(commands: given.Commands) -> None:
     """Add the command ``estimate``."""
     parser = commands.add_parser("estimate", help="estimate the dock's pose in pictures, videos and live streams")
     given.add_options(parser, "estimate")
-    given.add_options(parser.add_argument_group("camera and dock"), "camera_and_dock", "rotate")
+    given.add_options(parser.add_argument_group("camera and dock"), "camera_and_dock", "vehicle", "rotate")
     detection, least_px = ("method", "estimate_detection", "masks"), Settings().min_area_px
     given.add_options(
         parser.add_argument_group("detection"), *detection, words={"least_px": least_px}, method=given.METHOD
@@ -51,6 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not arguments.sources:
         arguments.parser.error("give a SOURCE, or --session FOLDER")
     camera, dock, settings = given.camera_of(arguments), given.dock_of(arguments), given.settings_of(arguments)
+    arguments.carrier = given.vehicle_of(arguments)
     _check(arguments)
     wishes = given.wishes_of(arguments, arguments.sources)
     found = resolve(arguments.sources, camera, dock, console.say, arguments.rate, arguments.topic, arguments.rotate)
@@ -136,8 +137,8 @@ def _estimate_pictures(
                 folder.write(path.stem, picture)
 
         name = as_text(str(path))
-        line = found.to_dict(name, 0, None, sha256, taken_s) | NO_TRACK | given.turned(how)
-        seen = Seen(name, results.frames, found, trust_of(found))
+        line = found.to_dict(name, 0, None, sha256, taken_s, how.carrier) | NO_TRACK | given.turned(how)
+        seen = Seen(name, results.frames, found, trust_of(found), vehicle=how.carrier)
         results.write(line, str(path), seen, read, keep, recordings)
 
     if is_split(how):

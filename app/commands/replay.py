@@ -12,7 +12,7 @@ from dockpose.app.experiment import Row, SessionRecord, read_session
 from dockpose.app.resources import versions
 from dockpose.camera.image import decode, read_picture_file
 
-_OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock")
+_OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock", "vehicle")
 _WRITTEN = ("json", "csv", "annotate", "out", "rerun", "record")
 _MOST_NUMBERS = 4  # of a row that are listed one by one
 

@@ -12,6 +12,7 @@ from dockpose.camera.camera import Camera
 from dockpose.checks import InputError
 from dockpose.dock import Dock
 from dockpose.estimate import drawing
+from dockpose.guidance import guided
 from dockpose.lights.ellipse import Ellipse, NoEllipseError
 from dockpose.lights.markers import Markers
 from dockpose.lights.region import Region
@@ -22,6 +23,7 @@ from dockpose.pose.circle import CirclePose
 from dockpose.pose.solve import find_poses
 from dockpose.settings import Settings
 from dockpose.thresholds import Threshold
+from dockpose.vehicle import Vehicle
 
 SCHEMA = 1
 
@@ -140,6 +142,7 @@ class Estimate:
         time_s: float | None = None,
         sha256: str | None = None,
         time_unix_s: float | None = None,
+        vehicle: Vehicle | None = None,
     ) -> dict[str, Any]:
         """The estimate as one JSON object of schema 1; unknown values are None, never left out."""
         return {
@@ -162,6 +165,7 @@ class Estimate:
             "selected": None if self.choice is None else self.choice.selected,
             "selected_by": None if self.choice is None else self.choice.selected_by,
             "chosen": None if self.selected is None else self.selected.summary(),
+            **guided(self.selected, self.dock, self.camera, vehicle),
             "detection": self.detection,
             "rivals": [] if self.ring is None else [self._rival_dict(rival) for rival in self.ring.rivals],
             "elapsed_ms": round(self.elapsed_ms, 3),

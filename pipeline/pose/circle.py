@@ -12,7 +12,7 @@ from dockpose.camera.camera import Camera
 from dockpose.checks import check_number
 from dockpose.lights.cone import circles_behind
 from dockpose.lights.ellipse import Ellipse
-from dockpose.pose.shared import SharedErrors
+from dockpose.pose.shared import SharedErrors, cross
 from dockpose.pose.uncertainty import deviations
 
 # Variance of an angle that may be anywhere in a full turn: (2 pi)^2 / 12.
@@ -29,7 +29,7 @@ class PoseErrors:
     covariance: np.ndarray
     rotation: np.ndarray  # (3, 3): from the dock's frame to the camera's, with any roll
     noise: float = 1.0  # standard deviation of a light's centroid, in pixels
-    shared: SharedErrors | None = None  # what this picture has in common with all others
+    shared: SharedErrors | CarriedErrors | None = None  # what this picture has in common with all others
 
     @cached_property
     def parts(self) -> dict[str, np.ndarray]:
@@ -57,6 +57,26 @@ class PoseErrors:
         turned[3:, 3:] = self.rotation
         turned *= shrunk
         return turned @ covariance @ turned.T
+
+    def carried(self, lever_m: np.ndarray, rotation: np.ndarray) -> PoseErrors:
+        """Errors of what is fixed to the dock at a lever (3,) from its centre, in metres along the camera's axes."""
+        by = np.zeros((6, 6))
+        by[:3, :3] = np.eye(3)
+        by[:3, 3:] = -cross(lever_m[None])[0] @ self.rotation  # w x lever, of a rotation w about the dock's own axes
+        by[3:, 3:] = rotation.T @ self.rotation
+        return PoseErrors(by @ self.covariance @ by.T, rotation, self.noise, CarriedErrors(self, by))
+
+
+@dataclass(frozen=True)
+class CarriedErrors:
+    """What all pictures share, carried over from one pose to another that is fixed to it."""
+
+    of: PoseErrors
+    by: np.ndarray  # (6, 6): errors of the other, by those of the one
+
+    def parts(self, rotation: np.ndarray, noise_px: float) -> dict[str, np.ndarray]:
+        """As :meth:`SharedErrors.parts`."""
+        return {name: self.by @ part @ self.by.T for name, part in self.of.parts.items() if name != "picture"}
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ class SharedErrors:
         outwards_m = lights_m * [1, 1, 0]
         larger = diameter_share(self.dock) * (A @ (outwards_m @ rotation.T)[:, :, None])
         deeper = self.dock.lamp_depth_sigma_m * A @ rotation[:, 2:]
-        shifts = np.concatenate([A, -A @ rotation @ _cross(lights_m), by_number, larger, deeper, A], axis=2)
+        shifts = np.concatenate([A, -A @ rotation @ cross(lights_m), by_number, larger, deeper, A], axis=2)
         if self.dock.lights is None:
             shifts = _across(shifts, A, lights_m, rotation)
         ends = np.cumsum([6, len(names), 1, 1])
@@ -101,7 +101,7 @@ def _across(shifts: np.ndarray, A: np.ndarray, lights_m: np.ndarray, rotation: n
     return across[:, :, None] * (across[:, None] @ shifts)
 
 
-def _cross(vectors: np.ndarray) -> np.ndarray:
+def cross(vectors: np.ndarray) -> np.ndarray:
     """Matrices (N, 3, 3) that take the cross product of vectors (N, 3) with another."""
     x, y, z = vectors.T
     o = np.zeros_like(x)

@@ -19,7 +19,19 @@ VISERS_PAGE = re.compile(
 
 # What each part of the library may import beside itself, in the order in which the data flows.
 LIBRARY: dict[str, set[str]] = {"checks": set(), "palette": set(), "compiled": set(), "files": {"checks"}}
-for _name in ("camera", "dock", "pixels", "thresholds", "lights", "settings", "pose", "estimate", "tracking"):
+for _name in (
+    "camera",
+    "dock",
+    "pixels",
+    "thresholds",
+    "lights",
+    "settings",
+    "pose",
+    "vehicle",
+    "guidance",
+    "estimate",
+    "tracking",
+):
     LIBRARY[_name] = set(LIBRARY)
 LIBRARY["simulate"] = {"checks", "files", "camera", "dock", "lights.ellipse", "pose"}
 # A simulated course that is steered by what is seen needs the estimate.

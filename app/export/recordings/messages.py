@@ -7,12 +7,15 @@ from typing import Any
 import cv2
 import numpy as np
 import yaml
-from dockpose import Estimate
+from dockpose import Estimate, Vehicle
 from dockpose.app.state.trust import Trust
+from dockpose.guidance import entrance_of
 from dockpose.pose.circle import UNKNOWN_ANGLE_RAD2, UNKNOWN_LENGTH_M2, CirclePose
 from dockpose.tracking import Track
+from dockpose.vehicle import BodyPose
 
-FRAME_ID, DOCK_FRAME_ID = "camera_optical_frame", "dock"
+FRAME_ID, DOCK_FRAME_ID, ENTRANCE_FRAME_ID = "camera_optical_frame", "dock", "dock_entrance"
+BODY_FRAME_ID = "base_link"  # x ahead, y left, z up, whatever the vehicle file's frame (REP 103)
 _POSE, _TF = "geometry_msgs/msg/PoseWithCovarianceStamped", "tf2_msgs/msg/TFMessage"
 _PICTURE, _DIAGNOSTICS = "sensor_msgs/msg/CompressedImage", "diagnostic_msgs/msg/DiagnosticArray"
 # The type of what is on each topic.
@@ -21,6 +24,9 @@ TOPICS = {
     "/dock/pose_a": _POSE,
     "/dock/pose_b": _POSE,
     "/dock/pose": _POSE,
+    "/dock/pose_body": _POSE,
+    "/detected_dock_pose": "geometry_msgs/msg/PoseStamped",
+    "/dock/entrance": _POSE,
     "/tf": _TF,
     "/dock/image/compressed": _PICTURE,
 }
@@ -42,6 +48,7 @@ class Seen:
     picture: np.ndarray | None = None  # (H, W, 3): the annotated picture
     original: np.ndarray | None = None  # (H, W): the picture itself
     clock: str = "time of day"  # what the time stamps are
+    vehicle: Vehicle | None = None  # what carries the camera
 
 
 def messages_of(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> list[Message]:
@@ -52,38 +59,57 @@ def messages_of(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> list[Mes
             messages.append((topic, pose_message(pose, time_s, frame_id)))
     chosen = seen.found.selected if seen.track is None or not seen.track.predicted else None
     if chosen is not None:
-        messages.append(("/dock/pose", pose_message(chosen, time_s, frame_id)))
-        messages.append(("/tf", transform_message(chosen, time_s, frame_id)))
+        message = pose_message(chosen, time_s, frame_id)
+        messages.append(("/dock/pose", message))
+        messages.append(("/detected_dock_pose", message | {"pose": message["pose"]["pose"]}))
+        messages += _placed_messages(chosen, seen, time_s, frame_id)
     if seen.picture is not None and chosen is not None:
         compressed = {"header": header(time_s, frame_id), "format": "jpeg", "data": jpeg(seen.picture)}
         messages.append(("/dock/image/compressed", compressed))
     return messages
 
 
-def pose_message(pose: CirclePose, time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
-    """Return a pose as fields, rotated by Ry(theta_y) Rx(theta_x); a roll not seen varies by a full turn."""
-    x, y, z, w = pose.quaternion_xyzw
+def _placed_messages(chosen: CirclePose, seen: Seen, time_s: float, frame_id: str) -> list[Message]:
+    """Return where the entrance is, and the dock in the vehicle's frame, with the transforms between all of them."""
+    found, messages = seen.found, []
+    children: list[tuple[str, str, CirclePose | BodyPose]] = [(frame_id, DOCK_FRAME_ID, chosen)]
+    entrance = entrance_of(chosen, found.dock, found.camera)
+    if entrance is not None:
+        messages.append(("/dock/entrance", pose_message(entrance, time_s, frame_id)))
+        children.append((frame_id, ENTRANCE_FRAME_ID, entrance))
+    vehicle = None if seen.vehicle is None else seen.vehicle.in_frame("flu")
+    if vehicle is not None:
+        messages.append(("/dock/pose_body", pose_message(vehicle.pose(chosen), time_s, BODY_FRAME_ID)))
+        children.append((BODY_FRAME_ID, frame_id, vehicle.camera))
+    transforms = [
+        {
+            "header": header(time_s, parent),
+            "child_frame_id": child,
+            "transform": {"translation": place, "rotation": turn},
+        }
+        for parent, child, (place, turn) in [(parent, child, _place(pose)) for parent, child, pose in children]
+    ]
+    return [*messages, ("/tf", {"transforms": transforms})]
+
+
+def _place(pose: CirclePose | BodyPose) -> tuple[dict[str, float], dict[str, float]]:
+    """A pose's position and quaternion as fields."""
+    return (
+        dict(zip("xyz", pose.position_m.tolist(), strict=True)),
+        dict(zip("xyzw", pose.quaternion_xyzw, strict=True)),
+    )
+
+
+def pose_message(pose: CirclePose | BodyPose, time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
+    """Return a pose as fields, without roll, as its rotation is; a roll not seen varies by a full turn."""
+    place, turn = _place(pose)
     return {
         "header": header(time_s, frame_id),
         "pose": {
-            "pose": {
-                "position": dict(zip("xyz", pose.position_m.tolist(), strict=True)),
-                "orientation": {"x": x, "y": y, "z": z, "w": w},
-            },
+            "pose": {"position": place, "orientation": turn},
             "covariance": covariance(pose).ravel().tolist(),
         },
     }
-
-
-def transform_message(pose: CirclePose, time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
-    """Return a pose as the transform from the camera's frame to the dock's; for arguments see :func:`pose_message`."""
-    x, y, z, w = pose.quaternion_xyzw
-    transform = {
-        "translation": dict(zip("xyz", pose.position_m.tolist(), strict=True)),
-        "rotation": {"x": x, "y": y, "z": z, "w": w},
-    }
-    stamped = {"header": header(time_s, frame_id), "child_frame_id": DOCK_FRAME_ID, "transform": transform}
-    return {"transforms": [stamped]}
 
 
 def diagnostics_message(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
@@ -145,7 +171,7 @@ def pose_yaml(found: Estimate, time_s: float | None, frame_id: str = FRAME_ID) -
     return unknown + yaml.safe_dump(message, sort_keys=False, default_flow_style=None)
 
 
-def covariance(pose: CirclePose) -> np.ndarray:
+def covariance(pose: CirclePose | BodyPose) -> np.ndarray:
     """Return the total covariance (6, 6) in m² and rad²; where it is unknown, that of knowing nothing."""
     found = pose.covariance_total
     if found is not None:

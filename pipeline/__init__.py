@@ -4,7 +4,7 @@ The data flows one way: image, threshold, markers, ring, ellipse, poses, choice.
 """
 
 from dockpose.camera.camera import Camera
-from dockpose.dock import Dock, Entrance
+from dockpose.dock import Dock, DockRing, Entrance
 from dockpose.estimate import Estimate, Settings, estimate
 from dockpose.guidance import Guidance, guide
 from dockpose.sources.opening import open_frames
@@ -18,6 +18,7 @@ __all__ = [
     "BodyPose",
     "Camera",
     "Dock",
+    "DockRing",
     "Entrance",
     "Estimate",
     "Guidance",

@@ -40,6 +40,7 @@ CSV_COLUMNS = (
     *(f"{name}_{column}" for name in _POSES for column in _POSE_COLUMNS),
     "smoothed_probability",
     *(f"{name}_{column}" for name in _POSES for column in _TOTAL_COLUMNS),
+    "ring",
     *("vehicle_frame", *_VEHICLE, *_TURNED, *_VEHICLE_SIGMAS),
     *(f"guidance_{column}" for column in _GUIDANCE),
 )
@@ -74,6 +75,7 @@ def to_row(line: dict[str, Any]) -> dict[str, Any]:
         "lights_on_ring": sum(marker["on_ring"] is True for marker in line["markers"]),
         "selected": None if line["selected"] is None else POSE_NAMES[line["selected"]],
         **{f"track_{key}": track.get(key) for key in _TRACK_KEYS},
+        "ring": "+".join(line.get("ring") or ()),
         "smoothed_probability": (line.get("smoothed") or {}).get("probability"),
     }
     for name, candidate in zip(POSE_NAMES, line["candidates"], strict=False):

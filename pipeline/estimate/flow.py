@@ -28,6 +28,7 @@ from dockpose.checks import check_is, shown
 from dockpose.dock import Dock
 from dockpose.estimate.drawing import picture_of
 from dockpose.estimate.result import Estimate
+from dockpose.estimate.rings import of_rings
 from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS
 from dockpose.lights.colours import tell_colours
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
@@ -129,6 +130,8 @@ def estimate(
     check_is("dock", dock, Dock)
     settings = settings or Settings()
     check_is("settings", settings, Settings)
+    if dock.rings:
+        return of_rings(estimate, image, camera, dock, settings, fall_back=fall_back, region=region, like=like)
     given, path, note = image, None, ""
     if isinstance(image, (str, os.PathLike)):
         path = Path(image)

@@ -52,6 +52,11 @@ class Estimate:
         How long it took.
     region : Region or None
         Which part of the picture was searched; None for all of it.
+    rings : tuple of str
+        Names of those of the dock's rings that were seen, first that of markers, ring and ellipse; empty where the dock
+        has one alone.
+    of_ring : Estimate or None
+        Of that first ring by itself, in its own frame; its candidates are in the order of the dock's.
     picture : callable or None
         Gives the picture again, where it is still there, for the drawing in a notebook. It does not keep the picture
         alive, and is left behind where the estimate is pickled.
@@ -73,6 +78,8 @@ class Estimate:
     detection: float | None = None
     elapsed_ms: float = 0.0
     region: Region | None = None
+    rings: tuple[str, ...] = ()
+    of_ring: "Estimate | None" = None
     picture: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:
@@ -166,6 +173,7 @@ class Estimate:
             "selected_by": None if self.choice is None else self.choice.selected_by,
             "chosen": None if self.selected is None else self.selected.summary(),
             **guided(self.selected, self.dock, self.camera, vehicle),
+            "ring": list(self.rings) if self.dock.rings else None,
             "detection": self.detection,
             "rivals": [] if self.ring is None else [self._rival_dict(rival) for rival in self.ring.rivals],
             "elapsed_ms": round(self.elapsed_ms, 3),

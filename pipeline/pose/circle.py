@@ -29,13 +29,20 @@ class PoseErrors:
     covariance: np.ndarray
     rotation: np.ndarray  # (3, 3): from the dock's frame to the camera's, with any roll
     noise: float = 1.0  # standard deviation of a light's centroid, in pixels
-    shared: SharedErrors | CarriedErrors | None = None  # what this picture has in common with all others
+    shared: SharedErrors | KnownErrors | None = None  # what this picture has in common with all others
 
     @cached_property
     def parts(self) -> dict[str, np.ndarray]:
         """Covariances (6, 6), in m and rad as above, of what comes from this picture and of what all share."""
-        shared = {} if self.shared is None else self.shared.parts(self.rotation, self.noise)
-        return {"picture": self.noise**2 * self.covariance, **shared}
+        return {
+            "picture": self.noise**2 * self.covariance,
+            **{name: root @ root.T for name, root in self.roots.items()},
+        }
+
+    @cached_property
+    def roots(self) -> dict[str, np.ndarray]:
+        """Roots (6, K) of the covariances of what all pictures share, a column for each cause."""
+        return {} if self.shared is None else self.shared.roots(self.rotation, self.noise)
 
     @cached_property
     def total(self) -> np.ndarray:
@@ -64,19 +71,19 @@ class PoseErrors:
         by[:3, :3] = np.eye(3)
         by[:3, 3:] = -cross(lever_m[None])[0] @ self.rotation  # w x lever, of a rotation w about the dock's own axes
         by[3:, 3:] = rotation.T @ self.rotation
-        return PoseErrors(by @ self.covariance @ by.T, rotation, self.noise, CarriedErrors(self, by))
+        shared = KnownErrors({name: by @ root for name, root in self.roots.items()})
+        return PoseErrors(by @ self.covariance @ by.T, rotation, self.noise, shared)
 
 
 @dataclass(frozen=True)
-class CarriedErrors:
-    """What all pictures share, carried over from one pose to another that is fixed to it."""
+class KnownErrors:
+    """What all pictures share, where it was carried over from other poses."""
 
-    of: PoseErrors
-    by: np.ndarray  # (6, 6): errors of the other, by those of the one
+    known: dict[str, np.ndarray]
 
-    def parts(self, rotation: np.ndarray, noise_px: float) -> dict[str, np.ndarray]:
-        """As :meth:`SharedErrors.parts`."""
-        return {name: self.by @ part @ self.by.T for name, part in self.of.parts.items() if name != "picture"}
+    def roots(self, rotation: np.ndarray, noise_px: float) -> dict[str, np.ndarray]:
+        """As :meth:`SharedErrors.roots`."""
+        return self.known
 
 
 @dataclass(frozen=True)

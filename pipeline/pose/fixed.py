@@ -6,26 +6,16 @@ from typing import Any
 
 import numpy as np
 from dockpose.camera.camera import Camera
-from dockpose.dock import Dock, Vector
+from dockpose.dock import Dock, Vector, frame_of
 from dockpose.pose.circle import CirclePose, rotation_from_angles
-from dockpose.pose.shared import cross
-
-_OUT = np.array([0.0, 0.0, -1.0])  # of the dock's face, in its own frame
-
-
-def frame_of(normal: Vector) -> np.ndarray:
-    """Rotation (3, 3) to the dock's frame from one whose face looks along a normal (3,), turned the shortest way."""
-    out = np.array(normal) / math.hypot(*normal)
-    axis, cosine = np.cross(_OUT, out), float(_OUT @ out)
-    if cosine < -1 + 1e-12:
-        return np.diag([-1.0, 1.0, -1.0])
-    turn = cross(axis[None])[0]
-    return np.eye(3) + turn + turn @ turn / (1 + cosine)
 
 
 def upright_roll_rad(pose: CirclePose, dock: Dock) -> float:
-    """Roll of a dock; of those that lights alike cannot tell apart the smallest, as of a dock that stands upright."""
-    is_known = dock.lights is None or bool(dock.angles_deg or dock.colours or dock.offsets_m)
+    """Roll of a dock; of those that lights alike cannot tell apart the smallest, as of a dock that stands upright.
+
+    That of a dock of several rings was found by them.
+    """
+    is_known = dock.lights is None or bool(dock.rings or dock.angles_deg or dock.colours or dock.offsets_m)
     period = 2 * math.pi if is_known else 2 * math.pi / (dock.lights or 1)
     return math.remainder(pose.roll_rad or 0.0, period)
 

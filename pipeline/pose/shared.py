@@ -1,5 +1,6 @@
 """What all pictures share: errors of the camera, the diameter and the lights' places, carried over to a pose."""
 
+import math
 from dataclasses import dataclass
 
 import msgspec
@@ -31,8 +32,8 @@ class SharedErrors:
     position_m: np.ndarray  # (3,): of the dock
     rays: LightRays | None = None  # of the lights that were seen; None for all of the dock's
 
-    def parts(self, rotation: np.ndarray, noise_px: float) -> dict[str, np.ndarray]:
-        """Covariances (6, 6), as :attr:`PoseErrors.covariance` has them, from camera, diameter and lights' places.
+    def roots(self, rotation: np.ndarray, noise_px: float) -> dict[str, np.ndarray]:
+        """Roots (6, K) of covariances, as :attr:`PoseErrors.covariance` is one, of camera, diameter, lights' places.
 
         To first order a wrong number moves the pose as it moves the lights' images: by the pseudoinverse of their
         derivatives by the pose (Hartley and Zisserman 2004, section 5.2). The place of a light shows in the residuals;
@@ -56,10 +57,11 @@ class SharedErrors:
         own_px2 = float((own**2).sum()) / (2 * len(own))
         unseen = max(0.0, 1 - noise_px**2 / own_px2) if own_px2 > 0 else 0.0
         by_lights = carry.reshape(6, -1, 2).transpose(1, 0, 2) @ own
+        values, vectors = np.linalg.eigh(errors)
         return {
-            "camera": by_camera @ errors @ by_camera.T,
-            "diameter": by_diameter @ by_diameter.T,
-            "lights": by_depth @ by_depth.T + unseen * np.einsum("nij,nkj->ik", by_lights, by_lights),
+            "camera": by_camera @ vectors * np.sqrt(np.maximum(values, 0.0)),
+            "diameter": by_diameter,
+            "lights": np.hstack([by_depth, math.sqrt(unseen) * by_lights.transpose(1, 0, 2).reshape(6, -1)]),
         }
 
     def _lights_m(self, rotation: np.ndarray) -> np.ndarray:

@@ -62,9 +62,11 @@ def truth_of(scene: Scene) -> Truth:
     rotation = dock_rotation(scene)
     position = np.array(scene.pose.position_m)
     ring_m = position + scene.dock.lamp_depth_m * rotation[:, 2]
-    lights_m = _on_ring(scene, np.array(scene.light_angles_rad), ring_m, rotation)
-    if scene.dock.offsets_m:
-        lights_m = lights_m + np.array(scene.dock.offsets_m) @ rotation.T
+    if scene.dock.rings:
+        lights_m = position + scene.dock.every_light_point() @ rotation.T
+    else:
+        lights_m = _on_ring(scene, np.array(scene.light_angles_rad), ring_m, rotation)
+        lights_m += np.array(scene.dock.offsets_m or np.zeros(3)) @ rotation.T
     lights_px = scene.camera.project(lights_m)
     normal = -rotation[:, 2]
     lit = _lit(scene)
@@ -125,7 +127,7 @@ def _circle_image(scene: Scene, position: np.ndarray, rotation: np.ndarray) -> E
 
 
 def _lit(scene: Scene) -> np.ndarray:
-    count = len(scene.light_angles_rad)
+    count = scene.light_count
     lit = random_stream(scene, "flicker").random(count) >= scene.lights.flicker
     lit[list(scene.lights.missing)] = False
     return lit

@@ -9,12 +9,13 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.estimate import Estimate, estimate
+from dockpose.estimate.rings import rings_of
 from dockpose.guidance import guided
 from dockpose.lights.ellipse import Ellipse
 from dockpose.pose.circle import CirclePose
 from dockpose.settings import Settings
 from dockpose.tracking.chain import Command, Speeds
-from dockpose.tracking.hypotheses import Hypotheses, rings_of
+from dockpose.tracking.hypotheses import Hypotheses
 from dockpose.tracking.search import Search, period_s
 from dockpose.vehicle import Vehicle
 

@@ -10,47 +10,57 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from dockpose.camera.camera import Camera
-    from dockpose.dock import Dock
+    from dockpose.dock import Dock, DockRing, Entrance
     from dockpose.estimate import Estimate, Settings, estimate
+    from dockpose.guidance import Guidance, guide
     from dockpose.sources.opening import open_frames
     from dockpose.thresholds import register_threshold
     from dockpose.tracking.tracker import Track, Tracked, Tracker
+    from dockpose.vehicle import BodyPose, Mount, Vehicle, load_vehicle
 
 __version__ = "0.2.0"
 
 __all__ = [
+    "BodyPose",
     "Camera",
     "Dock",
+    "DockRing",
+    "Entrance",
     "Estimate",
+    "Guidance",
+    "Mount",
     "Settings",
     "Track",
     "Tracked",
     "Tracker",
+    "Vehicle",
     "__version__",
     "estimate",
+    "guide",
+    "load_vehicle",
     "open_frames",
     "register_threshold",
 ]
 
 _HOMES = {
-    "Camera": "camera.camera",
-    "Dock": "dock",
-    "Estimate": "estimate",
-    "Settings": "settings",
-    "Track": "tracking.tracker",
-    "Tracked": "tracking.tracker",
-    "Tracker": "tracking.tracker",
-    "estimate": "estimate",
-    "open_frames": "sources.opening",
-    "register_threshold": "thresholds",
+    "camera.camera": ("Camera",),
+    "dock": ("Dock", "DockRing", "Entrance"),
+    "estimate": ("Estimate", "estimate"),
+    "guidance": ("Guidance", "guide"),
+    "settings": ("Settings",),
+    "sources.opening": ("open_frames",),
+    "thresholds": ("register_threshold",),
+    "tracking.tracker": ("Track", "Tracked", "Tracker"),
+    "vehicle": ("BodyPose", "Mount", "Vehicle", "load_vehicle"),
 }
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first asked for: all of them at once take most of a second."""
-    if name not in _HOMES:
+    home = next((home for home, names in _HOMES.items() if name in names), None)
+    if home is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    value = getattr(import_module(f"{__name__}.{home}"), name)
     globals()[name] = value
     return value
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dockpose import Camera, Dock, Settings
+from dockpose import Camera, Dock, Settings, Vehicle, load_vehicle
 from dockpose.app.errors import UserError, blaming, writing
 from dockpose.app.experiment.record import files_of_session, is_session
 from dockpose.app.export.recording import check_name
@@ -29,7 +29,7 @@ LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres
 _METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
 # Of all commands, the options that write, and those that name one file to read.
 WRITTEN = ("json", "csv", "annotate", "montage", "out", "out_camera", "rerun", "record", "log_file")
-READ = ("camera", "dock", "scene")
+READ = ("camera", "dock", "vehicle", "scene")
 _TYPES = {
     **{"int": int, "float": float, "path": Path, "sample": sample_source},
     "sample_path": lambda text: Path(sample_source(text)),
@@ -109,6 +109,12 @@ def camera_of(arguments: argparse.Namespace) -> Camera | None:
     """The camera that was named; None where none was. Raises UserError where its file is wrong."""
     with blaming("--camera: "):
         return None if arguments.camera is None else load_camera(arguments.camera)
+
+
+def vehicle_of(arguments: argparse.Namespace) -> Vehicle | None:
+    """The vehicle that was named, for the pictures as they are turned. Raises UserError where its file is wrong."""
+    with blaming("--vehicle: "):
+        return None if arguments.vehicle is None else load_vehicle(arguments.vehicle).rotated(arguments.rotate)
 
 
 def dock_of(arguments: argparse.Namespace) -> Dock | None:

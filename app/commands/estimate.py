@@ -35,7 +35,7 @@ from dockpose.tracking import NO_TRACK
 KNOWN = {"method": {"choices": METHODS}, "words": {"least_px": Settings().min_area_px}}
 
 # What does not go with --session.
-_OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock")
+_OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock", "vehicle")
 _WRITTEN = ("json", "csv", "annotate", "out", "rerun", "record")
 _MOST_NUMBERS = 4  # of a row that are listed one by one
 
@@ -47,6 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not arguments.sources:
         arguments.parser.error("give a SOURCE, or --session FOLDER")
     camera, dock, settings = given.camera_of(arguments), given.dock_of(arguments), given.settings_of(arguments)
+    arguments.carrier = given.vehicle_of(arguments)
     _check(arguments)
     wishes = given.wishes_of(arguments, arguments.sources)
     found = resolve(arguments.sources, camera, dock, console.say, arguments.rate, arguments.topic, arguments.rotate)
@@ -132,8 +133,8 @@ def _estimate_pictures(
                 folder.write(path.stem, picture)
 
         name = as_text(str(path))
-        line = found.to_dict(name, 0, None, sha256, taken_s) | NO_TRACK | given.turned(how)
-        seen = Seen(name, results.frames, found, trust_of(found))
+        line = found.to_dict(name, 0, None, sha256, taken_s, how.carrier) | NO_TRACK | given.turned(how)
+        seen = Seen(name, results.frames, found, trust_of(found), vehicle=how.carrier)
         results.write(line, str(path), seen, read, keep, recordings)
 
     if is_split(how):

@@ -58,9 +58,10 @@ def estimate_sequence(
         recordings = results.recordings(source.name, files, progress.tell)
         for found, followed in run:
             tracked = followed.tracked
-            line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256, found.time_unix_s) | turned(how)
+            times = found.time_s, found.sha256, found.time_unix_s
+            line = tracked.to_dict(found.name, found.index, *times, how.carrier) | turned(how)
             time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
-            seen = Seen(found.name, found.index, followed.estimate, followed.trust, tracked.track)
+            seen = Seen(found.name, found.index, followed.estimate, followed.trust, tracked.track, vehicle=how.carrier)
             read = functools.partial(run.picture, found.index)
             keep = functools.partial(write_picture, found.index, found.time_s)
             if smoother is not None:

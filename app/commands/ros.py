@@ -6,7 +6,7 @@ from array import array
 from collections.abc import Callable
 from typing import Any
 
-from dockpose import Camera, Dock, Settings
+from dockpose import Camera, Dock, Settings, Vehicle, load_vehicle
 from dockpose.app.commands.arguments import dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, say
 from dockpose.app.drawing.annotated import annotate
@@ -30,9 +30,15 @@ class NodeLogic:
     """Finds and tracks the dock in pictures as they are published."""
 
     def __init__(
-        self, tell: Callable[[str], None], dock: Dock, settings: Settings, camera: Camera | None, image_topic: str
+        self,
+        tell: Callable[[str], None],
+        dock: Dock,
+        settings: Settings,
+        camera: Camera | None,
+        image_topic: str,
+        vehicle: Vehicle | None = None,
     ) -> None:
-        self._tell, self._dock, self._settings = tell, dock, settings
+        self._tell, self._dock, self._settings, self._vehicle = tell, dock, settings, vehicle
         self._camera, self._is_configured = camera, camera is not None
         self.image_topic, self.is_compressed = image_topic, image_topic.endswith("/compressed")
         parts = image_topic.removesuffix("/compressed").rsplit("/", 1)
@@ -85,7 +91,7 @@ class NodeLogic:
         followed = self._following.see(Frame(picture, number, time_s, self.image_topic))
         found, trust = followed.estimate, followed.trust
         drawn = annotate(picture, found, headline=headline_of(trust))
-        seen = Seen(self.image_topic, number, found, trust, followed.tracked.track, drawn)
+        seen = Seen(self.image_topic, number, found, trust, followed.tracked.track, drawn, vehicle=self._vehicle)
         return messages_of(seen, time_s, frame_id)
 
     def _tell_once(self, sentence: str) -> None:
@@ -104,6 +110,7 @@ def run(arguments: argparse.Namespace) -> int:
     defaults = {
         "camera_file": arguments.camera or "",
         "dock_file": arguments.dock or "",
+        "vehicle_file": arguments.vehicle or "",
         "dock_diameter_m": 0.0 if dock is None else dock.diameter,
         "lights": 0 if dock is None or dock.lights is None else dock.lights,
         "method": arguments.method,
@@ -216,7 +223,8 @@ def logic_of(values: dict[str, Any], tell: Callable[[str], None]) -> NodeLogic:
     else:
         raise UserError(f"dock_diameter_m is {values['dock_diameter_m']}; it must be the dock's diameter in metres")
     camera = load_camera(values["camera_file"]) if values["camera_file"] else None
-    return NodeLogic(tell, dock, Settings(method=values["method"]), camera, values["image_topic"])
+    vehicle = load_vehicle(values["vehicle_file"]) if values["vehicle_file"] else None
+    return NodeLogic(tell, dock, Settings(method=values["method"]), camera, values["image_topic"], vehicle)
 
 
 def message_class(kind: str) -> Any:

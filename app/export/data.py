@@ -32,6 +32,13 @@ _POSE_COLUMNS = (
     *("sigma_x_m", "sigma_y_m", "sigma_z_m", "sigma_theta_x_deg", "sigma_theta_y_deg"),
 )
 _TOTAL_COLUMNS = tuple(f"sigma_total_{name}" for name in ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg"))
+_VEHICLE = ("vehicle_x_m", "vehicle_y_m", "vehicle_z_m")
+_TURNED = tuple(f"vehicle_q{axis}" for axis in "xyzw")
+_VEHICLE_SIGMAS = tuple(f"vehicle_sigma_total_{axis}_m" for axis in "xyz")
+_GUIDANCE = (
+    *("along_m", "across_m", "above_m", "yaw_off_deg", "pitch_off_deg", "off_axis_deg", "inside_cone", "target"),
+    *("target_x_m", "target_y_m", "target_z_m"),
+)
 CSV_COLUMNS = (
     *("source", "frame", "time_s", "time_unix_s", "status", "method", "level", "groups", "lights_on_ring"),
     *("selected", "selected_by"),
@@ -41,6 +48,9 @@ CSV_COLUMNS = (
     *(f"{name}_{column}" for name in _POSES for column in _POSE_COLUMNS),
     "smoothed_probability",
     *(f"{name}_{column}" for name in _POSES for column in _TOTAL_COLUMNS),
+    "ring",
+    *("vehicle_frame", *_VEHICLE, *_TURNED, *_VEHICLE_SIGMAS),
+    *(f"guidance_{column}" for column in _GUIDANCE),
 )
 CSV_HEAD = (
     *("number", "time", "source", "status", "probability", "range_cm"),
@@ -81,6 +91,7 @@ def to_row(line: dict[str, Any]) -> dict[str, Any]:
         "lights_on_ring": sum(marker["on_ring"] is True for marker in line["markers"]),
         "selected": None if line["selected"] is None else POSE_NAMES[line["selected"]],
         **{f"track_{key}": track.get(key) for key in _TRACK_KEYS},
+        "ring": "+".join(line.get("ring") or ()),
         "smoothed_probability": (line.get("smoothed") or {}).get("probability"),
     }
     for name, candidate in zip(POSE_NAMES, line["candidates"], strict=False):
@@ -88,7 +99,22 @@ def to_row(line: dict[str, Any]) -> dict[str, Any]:
         row |= {f"{name.lower()}_{key}": value for key, value in zip(_CANDIDATE_COLUMNS, values, strict=True)}
     for name in _POSES:
         row |= _pose_cells(name, line.get(name))
-    return row
+    return row | _vehicle_cells(line.get("vehicle")) | _guidance_cells(line.get("guidance"))
+
+
+def _vehicle_cells(pose: dict[str, Any] | None) -> dict[str, Any]:
+    if pose is None:
+        return {}
+    values = (*pose["position_m"], *pose["quaternion_xyzw"], *(pose["sigma_total_position_m"] or (None,) * 3))
+    cells = zip((*_VEHICLE, *_TURNED, *_VEHICLE_SIGMAS), values, strict=True)
+    return {"vehicle_frame": pose["frame"], **dict(cells)}
+
+
+def _guidance_cells(guidance: dict[str, Any] | None) -> dict[str, Any]:
+    if guidance is None:
+        return {}
+    values = (*(guidance[key] for key in _GUIDANCE[:-3]), *guidance["target_m"])
+    return {f"guidance_{key}": value for key, value in zip(_GUIDANCE, values, strict=True)}
 
 
 def _pose_cells(name: str, pose: dict[str, Any] | None) -> dict[str, Any]:

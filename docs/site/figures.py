@@ -38,6 +38,7 @@ def main() -> None:
             "two_poses.svg": two_poses,
             "choice.svg": choice,
             "port.svg": port,
+            "frames.svg": frames,
         }.items():
             figure = draw()
             about = {"Software": None} if name.endswith("png") else {"Date": None, "Creator": None}
@@ -132,6 +133,46 @@ def port() -> Figure:
         axis.plot(angles, moved, style, color="#0072B2", label=f"{range_m:g} m ahead")
     axis.set(xlabel="angle off the axis, in water (degrees)", ylabel="moved outwards (px)")
     axis.legend(frameon=False)
+    return figure
+
+
+def frames() -> Figure:
+    """The axes of camera, vehicle and dock, drawn in a world with x ahead, y left and z up."""
+    figure = plt.figure(figsize=(10, 3.4), layout="constrained")
+    ahead, left, up = np.eye(3)
+    views: list[tuple[str, list[tuple[str, np.ndarray]]]] = [
+        ("camera", [("x right", -left), ("y down", -up), ("z ahead", ahead)]),
+        ("vehicle, frd", [("x ahead", ahead), ("y right", -left), ("z down", -up)]),
+        ("vehicle, flu", [("x ahead", ahead), ("y left", left), ("z up", up)]),
+        ("dock and entrance", [("x", -left), ("y", -up), ("z into the dock", ahead)]),
+    ]
+    turn = np.linspace(0, 2 * math.pi, 60)
+    for number, (title, axes) in enumerate(views, 1):
+        axis = figure.add_subplot(1, len(views), number, projection="3d")
+        axis.set_title(title, fontsize=10)
+        for (label, to), colour in zip(axes, (LEVEL_COLOUR, "#009E73", "#0072B2"), strict=True):
+            axis.quiver(0, 0, 0, *to, color=colour, arrow_length_ratio=0.15, linewidth=2)
+            axis.text(*(1.3 * to), label, color=colour, ha="center")
+        if title == "camera":
+            corners = np.array([[0.6, 0.4 * y, 0.3 * z] for y, z in ((1, 1), (1, -1), (-1, -1), (-1, 1), (1, 1))])
+            axis.plot(*corners.T, color="0.5", linewidth=0.8)
+            for corner in corners[:4]:
+                axis.plot(*np.array([[0, 0, 0], corner]).T, color="0.5", linewidth=0.8)
+        elif title.startswith("vehicle"):
+            hull = np.array([[1, 0.35, 0], [1, -0.35, 0], [-1, -0.35, 0], [-1, 0.35, 0], [1, 0.35, 0]]) * 0.7
+            axis.plot(*hull.T, color="0.5", linewidth=0.8)
+            axis.plot([0.7], [0], [0], ">", color="0.5")
+        else:
+            axis.plot(0 * turn, 0.8 * np.cos(turn), 0.8 * np.sin(turn), color="0.5", linewidth=0.8)
+            axis.plot(*np.array([[0, 0.8 * math.cos(a), 0.8 * math.sin(a)] for a in turn[::6]]).T, "o", color="0.3")
+            for width in (-1, 1):
+                axis.plot([0.5, -1.2], [0.1 * width, 0.6 * width], [0, 0], "--", color="0.5", linewidth=0.8)
+            axis.quiver(0.5, 0, 0, -1.4, 0, 0, color="0.3", arrow_length_ratio=0.1)
+            axis.text(-1.2, 0, -0.3, "normal", color="0.3", ha="center")
+        axis.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1))
+        axis.set_box_aspect((1, 1, 1), zoom=1.15)
+        axis.view_init(elev=25, azim=-140)
+        axis.set_axis_off()
     return figure
 
 

@@ -20,6 +20,7 @@ from dockpose.checks import check_is
 from dockpose.dock import Dock
 from dockpose.estimate.drawing import picture_of
 from dockpose.estimate.result import Estimate
+from dockpose.estimate.rings import of_rings
 from dockpose.estimate.search import Picture, search
 from dockpose.lights.masks import hide
 from dockpose.lights.region import Region, crop, masks_within, part_of
@@ -85,6 +86,8 @@ def estimate(
     check_is("dock", dock, Dock)
     settings = settings or Settings()
     check_is("settings", settings, Settings)
+    if dock.rings:
+        return of_rings(estimate, image, camera, dock, settings, fall_back=fall_back, region=region, like=like)
     given, path, note = image, None, ""
     if isinstance(image, (str, os.PathLike)):
         path = Path(image)

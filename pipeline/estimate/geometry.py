@@ -45,7 +45,11 @@ def pose_lines(pose: CirclePose, estimate: Estimate) -> tuple[np.ndarray, np.nda
 
     NaN for what is behind the camera.
     """
-    radius = estimate.dock.radius
+    own, radius = estimate.of_ring, estimate.dock.radius
+    for known, of_ring in zip(estimate.candidates, () if own is None else own.candidates, strict=False):
+        if known is pose and own is not None:  # the circle that was seen, rather than that of the largest ring
+            pose, radius = of_ring, own.dock.radius
+            break
     plane = radius * rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad).T[:2]
     ends = np.array([-plane[0], plane[0], -plane[1], plane[1], np.zeros(3), _NORMAL_RADII * radius * pose.normal])
     points_px = estimate.camera.project(pose.position_m + np.concatenate([_ON_CIRCLE @ plane, ends]))

@@ -11,6 +11,7 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.estimate import drawing
+from dockpose.guidance import guided
 from dockpose.lights.ellipse import Ellipse, NoEllipseError
 from dockpose.lights.markers import Markers
 from dockpose.lights.region import Region
@@ -22,6 +23,7 @@ from dockpose.pose.solve import find_poses
 from dockpose.settings import Settings
 from dockpose.text import InputError
 from dockpose.thresholds import Threshold
+from dockpose.vehicle import Vehicle
 
 SCHEMA = 1
 
@@ -50,6 +52,11 @@ class Estimate:
         How long it took.
     region : Region or None
         Which part of the picture was searched; None for all of it.
+    rings : tuple of str
+        Names of those of the dock's rings that were seen, first that of markers, ring and ellipse; empty where the dock
+        has one alone.
+    of_ring : Estimate or None
+        Of that first ring by itself, in its own frame; its candidates are in the order of the dock's.
     picture : callable or None
         Gives the picture again, where it is still there, for the drawing in a notebook. It does not keep the picture
         alive, and is left behind where the estimate is pickled.
@@ -71,6 +78,8 @@ class Estimate:
     detection: float | None = None
     elapsed_ms: float = 0.0
     region: Region | None = None
+    rings: tuple[str, ...] = ()
+    of_ring: "Estimate | None" = None
     picture: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:
@@ -140,6 +149,7 @@ class Estimate:
         time_s: float | None = None,
         sha256: str | None = None,
         time_unix_s: float | None = None,
+        vehicle: Vehicle | None = None,
     ) -> dict[str, Any]:
         """The estimate as one JSON object of schema 1; unknown values are None, never left out."""
         return {
@@ -162,6 +172,8 @@ class Estimate:
             "selected": None if self.choice is None else self.choice.selected,
             "selected_by": None if self.choice is None else self.choice.selected_by,
             "chosen": None if self.selected is None else self.selected.summary(),
+            **guided(self.selected, self.dock, self.camera, vehicle),
+            "ring": list(self.rings) if self.dock.rings else None,
             "detection": self.detection,
             "rivals": [] if self.ring is None else [self._rival_dict(rival) for rival in self.ring.rivals],
             "elapsed_ms": round(self.elapsed_ms, 3),

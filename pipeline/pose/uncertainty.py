@@ -156,8 +156,8 @@ class SharedErrors:
     position_m: np.ndarray  # (3,): of the dock
     rays: LightRays | None = None  # of the lights that were seen; None for all of the dock's
 
-    def parts(self, rotation: np.ndarray, noise_px: float) -> dict[str, np.ndarray]:
-        """Covariances (6, 6), as :attr:`PoseErrors.covariance` has them, from camera, diameter and lights' places.
+    def roots(self, rotation: np.ndarray, noise_px: float) -> dict[str, np.ndarray]:
+        """Roots (6, K) of covariances, as :attr:`PoseErrors.covariance` is one, of camera, diameter, lights' places.
 
         To first order a wrong number moves the pose as it moves the lights' images: by the pseudoinverse of their
         derivatives by the pose (Hartley and Zisserman 2004, section 5.2). The place of a light shows in the residuals;
@@ -181,10 +181,11 @@ class SharedErrors:
         own_px2 = float((own**2).sum()) / (2 * len(own))
         unseen = max(0.0, 1 - noise_px**2 / own_px2) if own_px2 > 0 else 0.0
         by_lights = carry.reshape(6, -1, 2).transpose(1, 0, 2) @ own
+        values, vectors = np.linalg.eigh(errors)
         return {
-            "camera": by_camera @ errors @ by_camera.T,
-            "diameter": by_diameter @ by_diameter.T,
-            "lights": by_depth @ by_depth.T + unseen * np.einsum("nij,nkj->ik", by_lights, by_lights),
+            "camera": by_camera @ vectors * np.sqrt(np.maximum(values, 0.0)),
+            "diameter": by_diameter,
+            "lights": np.hstack([by_depth, math.sqrt(unseen) * by_lights.transpose(1, 0, 2).reshape(6, -1)]),
         }
 
     def _lights_m(self, rotation: np.ndarray) -> np.ndarray:
@@ -242,13 +243,20 @@ class PoseErrors:
     covariance: np.ndarray
     rotation: np.ndarray  # (3, 3): from the dock's frame to the camera's, with any roll
     noise: float = 1.0  # standard deviation of a light's centroid, in pixels
-    shared: SharedErrors | None = None  # what this picture has in common with all others
+    shared: "SharedErrors | KnownErrors | None" = None  # what this picture has in common with all others
 
     @cached_property
     def parts(self) -> dict[str, np.ndarray]:
         """Covariances (6, 6), in m and rad as above, of what comes from this picture and of what all share."""
-        shared = {} if self.shared is None else self.shared.parts(self.rotation, self.noise)
-        return {"picture": self.noise**2 * self.covariance, **shared}
+        return {
+            "picture": self.noise**2 * self.covariance,
+            **{name: root @ root.T for name, root in self.roots.items()},
+        }
+
+    @cached_property
+    def roots(self) -> dict[str, np.ndarray]:
+        """Roots (6, K) of the covariances of what all pictures share, a column for each cause."""
+        return {} if self.shared is None else self.shared.roots(self.rotation, self.noise)
 
     @cached_property
     def total(self) -> np.ndarray:
@@ -270,3 +278,23 @@ class PoseErrors:
         turned[3:, 3:] = self.rotation
         turned *= shrunk
         return turned @ covariance @ turned.T
+
+    def carried(self, lever_m: np.ndarray, rotation: np.ndarray) -> "PoseErrors":
+        """Errors of what is fixed to the dock at a lever (3,) from its centre, in metres along the camera's axes."""
+        by = np.zeros((6, 6))
+        by[:3, :3] = np.eye(3)
+        by[:3, 3:] = -cross(lever_m[None])[0] @ self.rotation  # w x lever, of a rotation w about the dock's own axes
+        by[3:, 3:] = rotation.T @ self.rotation
+        shared = KnownErrors({name: by @ root for name, root in self.roots.items()})
+        return PoseErrors(by @ self.covariance @ by.T, rotation, self.noise, shared)
+
+
+@dataclass(frozen=True)
+class KnownErrors:
+    """What all pictures share, where it was carried over from other poses."""
+
+    known: dict[str, np.ndarray]
+
+    def roots(self, rotation: np.ndarray, noise_px: float) -> dict[str, np.ndarray]:
+        """As :meth:`SharedErrors.roots`."""
+        return self.known

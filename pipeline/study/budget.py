@@ -63,8 +63,8 @@ def budget(camera: Camera, dock: Dock, range_m: float, tilt_deg: float, noise_px
         sigma_m = x, y, z
         theta_x, theta_y = (min(sigma, math.sqrt(ratio)) for sigma in sigma_rad)
         sigma_rad = theta_x, theta_y
-    parts = SharedErrors(camera, dock, position).parts(rotation, noise_px).values()
-    shared_m, shared_rad = deviations(np.sum(list(parts), axis=0), rotation, 1.0)
+    roots = SharedErrors(camera, dock, position).roots(rotation, noise_px).values()
+    shared_m, shared_rad = deviations(np.sum([root @ root.T for root in roots], axis=0), rotation, 1.0)
     x, y, z, theta_x, theta_y = map(math.hypot, (*sigma_m, *sigma_rad), (*shared_m, *shared_rad))
     tells = _tells_apart(camera, dock, tilt_deg, lights_px, noise_px)
     seen = _apart(lights_px), _in_view(camera, lights_px)

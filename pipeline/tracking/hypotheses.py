@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from dockpose.estimate import Estimate
-from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
-from dockpose.lights.ring import Ring
+from dockpose.lights.ellipse import MIN_POINTS
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.detection import detection_of, found_in_words, judged, why_no_dock
+from dockpose.pose.detection import why_no_dock
 from dockpose.settings import Settings
 from dockpose.tracking.chain import Chain, Command, reach_m
 
@@ -119,26 +117,6 @@ def candidates_of(found: Estimate) -> Pair | None:
     return found.candidates[0], found.candidates[-1]
 
 
-def rings_of(found: Estimate) -> Iterator[Estimate]:
-    """A frame's estimate, if it shows a dock, and then as it would be of each other ring in view."""
-    if found.status != "ok" or not found.candidates:
-        return
-    yield found
-    ring, markers, camera, dock = found.ring, found.markers, found.camera, found.dock
-    if ring is None or markers is None:
-        return
-    every, area_px2 = (ring.on_ring, *ring.rivals), float(found.width * found.height)
-    for number, on_ring in enumerate(ring.rivals, 1):
-        other = Ring(on_ring, ring.reason, rivals=every[:number] + every[number + 1 :], alike=ring.alike)
-        try:
-            ellipse, choice, log_chance, reason = judged(other, markers, camera, dock, area_px2)
-        except NoEllipseError:
-            continue
-        if reason is None:
-            words, detection = found_in_words(other, choice, camera, dock), detection_of(log_chance, ring.alike)
-            yield replace(found, message=words, ring=other, ellipse=ellipse, choice=choice, detection=detection)
-
-
 def posterior(first: float, distances: np.ndarray, log_odds: float) -> tuple[tuple[int, int], float]:
     """Which candidate continues each chain, by distances (2, 2), and how probable the first is, see docs/method.md."""
     (kept, crossed), (crossed_back, kept_too) = _weights((first, 1 - first), distances, log_odds)
@@ -207,8 +185,9 @@ def _can_be_dock(found: Estimate, index: int) -> bool:
     """Whether the lights lie near enough to their places on a candidate."""
     if found.ring is None or found.markers is None or found.ellipse is None or found.choice is None:
         return True
-    choice = replace(found.choice, selected=index)
-    camera, dock = found.camera, found.dock
+    own = found.of_ring or found
+    assert own.choice is not None
+    choice, camera, dock = replace(own.choice, selected=index), own.camera, own.dock
     return why_no_dock(found.ring, found.markers, found.ellipse, choice, camera, dock, -math.inf) is None
 
 

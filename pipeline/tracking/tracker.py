@@ -9,12 +9,15 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.estimate import Estimate, estimate
+from dockpose.estimate.rings import rings_of
+from dockpose.guidance import guided
 from dockpose.lights.ellipse import Ellipse
 from dockpose.pose.circle import CirclePose
 from dockpose.settings import Settings
 from dockpose.tracking.chain import Command
-from dockpose.tracking.hypotheses import Hypotheses, rings_of
+from dockpose.tracking.hypotheses import Hypotheses
 from dockpose.tracking.search import Search, period_s
+from dockpose.vehicle import Vehicle
 
 # Centroid errors depend on sub-pixel position and persist between frames, and so do those of lights out of place. So
 # each frame's evidence is down-weighted: by the first factor if the ring moved a pixel or more, by the second at rest.
@@ -113,16 +116,19 @@ class Tracked:
         time_s: float | None = None,
         sha256: str | None = None,
         time_unix_s: float | None = None,
+        vehicle: Vehicle | None = None,
     ) -> dict[str, Any]:
         """The estimate's JSON object with the final choice, ``track``, and the predicted and the filtered pose."""
         candidates, camera, dock, chain = self.estimate.candidates, self.estimate.camera, self.estimate.dock, self.chain
         before = None if self.step is None or chain is None or not self.step.goes_on else self.step.before
         after = None if self.step is None or chain is None else self.step.after
+        chosen = None if self.selected is None else candidates[self.selected]
         return self.estimate.to_dict(source, frame, time_s, sha256, time_unix_s) | {
             "message": self.message,
             "selected": self.selected,
             "selected_by": self.selected_by,
-            "chosen": None if self.selected is None else candidates[self.selected].summary(),
+            "chosen": None if chosen is None else chosen.summary(),
+            **guided(chosen, dock, camera, vehicle),
             "predicted": None if before is None or chain is None else before.chains[chain].pose(camera, dock).summary(),
             "filtered": None if after is None or chain is None else after.chains[chain].pose(camera, dock).summary(),
             "smoothed": None,

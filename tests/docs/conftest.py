@@ -29,6 +29,7 @@ def tank(tmp_path_factory):
     (folder / "camera.yaml").write_text(example, encoding="utf-8")
     save_camera(CAMERA, folder / "tank.yaml")
     save_dock(DOCK, folder / "dock.yaml")
+    (folder / "vehicle.yaml").write_text("T_body_camera: {position_m: [0.2, 0, 0], pitch_deg: -15}\nframe: frd\n")
     (folder / "shots").mkdir()
     with VideoFile(folder / "dive.mp4", 10.0) as video:
         for number in range(3):

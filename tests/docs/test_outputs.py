@@ -4,7 +4,7 @@ import dataclasses
 import re
 
 import pytest
-from dockpose import Tracker, estimate
+from dockpose import Dock, Entrance, Mount, Tracker, Vehicle, estimate
 from dockpose.app.commands.compare import to_line
 from dockpose.app.experiment.record import COLUMNS
 from dockpose.app.export.data import CSV_COLUMNS
@@ -20,6 +20,7 @@ from tests.docs.pages import DOCS, first_columns
 
 PAGE = DOCS / "outputs.md"
 LIKE_CHOSEN = ("predicted", "filtered", "smoothed")
+VEHICLE, WITH_ENTRANCE = Vehicle(T_body_camera=Mount()), Dock(0.30, 10, entrance=Entrance())
 
 
 def fields(value, path=""):
@@ -36,20 +37,23 @@ def fields(value, path=""):
 @pytest.fixture(scope="module")
 def written():
     """Fields of a tracked frame."""
-    line = Tracker(CAMERA, DOCK).see(read(sample_path("tilted")), 0.0).to_dict("tilted.png", 0, 0.0)
+    tracked = Tracker(CAMERA, WITH_ENTRANCE).see(read(sample_path("tilted")), 0.0)
+    line = tracked.to_dict("tilted.png", 0, 0.0, vehicle=VEHICLE)
     # No sample has a second ring in view.
     line["rivals"] = [{"lights": 8, "centre_px": [0.0, 0.0], "range_m": 1.0, "sigma_range_m": 0.1}]
-    return {name for name in fields(line) if not name.startswith(tuple(f"{one}." for one in LIKE_CHOSEN))}
+    others = tuple(f"{one}." for one in (*LIKE_CHOSEN, "entrance", "dock.entrance"))
+    return {name for name in fields(line) if not name.startswith(others)}
 
 
 def test_fields_of_json_lines(written):
     told = set(first_columns(PAGE, "JSON lines")) | set(first_columns(PAGE, "A sequence"))
     chosen = {name for name in written if name.startswith("chosen.")}
+    chosen |= {name for name in written if name.startswith("vehicle.")}
     assert written - chosen <= told
-    # Those of the chosen pose stand in the second column.
+    # Those of the chosen pose and of the vehicle stand in the second column.
     assert chosen <= set(re.findall(r"`([^`]+)`", PAGE.read_text(encoding="utf-8")))
     parents = {name.rsplit(".", 1)[0] for name in written if "." in name}
-    assert told <= written | parents | {*LIKE_CHOSEN, "smoothed.probability"}
+    assert told <= written | parents | {*LIKE_CHOSEN, "entrance", "dock.entrance", "smoothed.probability"}
 
 
 def test_fields_of_a_rival_are_those_that_are_written():

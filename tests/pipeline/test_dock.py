@@ -1,8 +1,10 @@
 import math
 
+import msgspec
 import numpy as np
 import pytest
-from dockpose import Dock
+from dockpose import Dock, DockRing
+from dockpose.dock import frame_of
 
 
 def test_even_lights_lie_on_the_circle_from_x_towards_y():
@@ -36,3 +38,55 @@ def test_colours_count_the_lights_too():
 def test_impossible_lights_are_named(values, message):
     with pytest.raises(ValueError, match=message):
         Dock(0.30, **values)
+
+
+FAR, NEAR = DockRing(name="far", diameter=0.9, lights=12), DockRing(name="near", diameter=0.16, lights=6)
+
+
+def test_a_dock_of_rings_has_the_largest_ones_diameter_and_lights():
+    dock = Dock(rings=(NEAR, FAR))
+    assert (dock.diameter, dock.lights) == (0.9, 12)
+    assert msgspec.convert(msgspec.to_builtins(dock), Dock) == dock
+    assert NEAR.dock == Dock(0.16, 6)
+
+
+def test_the_lights_of_all_rings_lie_where_the_rings_are():
+    # The second ring looks along +x, so that what is down its own axis, z, is along -x; its x axis is along -z.
+    side = DockRing(name="side", diameter=0.2, lights=4, position_m=(1, 2, 3), normal=(5, 0, 0))
+    points = Dock(rings=(DockRing(name="front", diameter=0.4, lights=3), side)).every_light_point()
+    assert len(points) == 7
+    np.testing.assert_allclose(points[:3], Dock(0.4, 3).light_points(), atol=1e-12)
+    np.testing.assert_allclose(
+        points[3:], np.array([1, 2, 3]) + 0.1 * np.array([[0, 0, 1], [0, 1, 0], [0, 0, -1], [0, -1, 0]]), atol=1e-12
+    )
+
+
+@pytest.mark.parametrize("normal", [(0, 0, -1), (0, 0, 1), (1, 0, 0), (0.1, 0.2, -3), (0, 1e-9, 1), (-1, 1, 1)])
+def test_a_frame_is_turned_the_shortest_way(normal):
+    frame, out = frame_of(normal), np.array(normal) / np.linalg.norm(normal)
+    np.testing.assert_allclose(frame @ [0, 0, -1], out, atol=1e-8)
+    np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-9)
+    assert np.linalg.det(frame) == pytest.approx(1)
+    assert (np.trace(frame) - 1) / 2 == pytest.approx(-out[2])  # by no more than the angle between them
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"rings": (FAR, FAR)}, "rings are called 'far', 'far'"),
+        ({"rings": (FAR, NEAR), "diameter": 0.16}, "diameter is 0.16; it must be that of the largest ring, 0.9"),
+        ({}, "diameter_m is missing"),
+    ],
+)
+def test_impossible_rings_are_named(values, message):
+    with pytest.raises(ValueError, match=message):
+        Dock(**values)
+
+
+def test_each_ring_needs_its_name_and_its_lights():
+    with pytest.raises(ValueError, match="lights of the ring 'far' is None"):
+        DockRing(name="far", diameter=0.9)
+    with pytest.raises(ValueError, match="name is empty"):
+        DockRing(name="", diameter=0.9, lights=5)
+    with pytest.raises(ValueError, match="normal is"):
+        DockRing(name="far", diameter=0.9, lights=5, normal=(0, 0, 0))

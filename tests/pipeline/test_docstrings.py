@@ -37,7 +37,7 @@ UNIT = re.compile(
 
 
 # Plain factors, exponents and coefficients, and what the camera's own unit is of.
-WITHOUT_UNIT = {"conic", "normal", "probability"} | {
+WITHOUT_UNIT = {"conic", "normal", "probability", "quaternion_xyzw", "rotation"} | {
     "beam_exponent",
     "distortion",
     "exposure",

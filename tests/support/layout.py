@@ -25,7 +25,19 @@ LIBRARY: dict[str, set[str]] = {
     "compiled": set(),
     "files": {"text", "checks"},
 }
-for _name in ("camera", "dock", "pixels", "thresholds", "lights", "settings", "pose", "estimate", "tracking"):
+for _name in (
+    "camera",
+    "dock",
+    "pixels",
+    "thresholds",
+    "lights",
+    "settings",
+    "pose",
+    "vehicle",
+    "guidance",
+    "estimate",
+    "tracking",
+):
     LIBRARY[_name] = set(LIBRARY)
 LIBRARY["simulate"] = {"text", "checks", "files", "camera", "dock", "lights.ellipse", "pose"}
 # A simulated course that is steered by what is seen needs the estimate.

@@ -11,15 +11,18 @@ from typing import Any, BinaryIO, cast
 import cv2
 import numpy as np
 import yaml
-from dockpose import Estimate
+from dockpose import Estimate, Vehicle
 from dockpose.app.errors import UserError, unwritable, writing
 from dockpose.app.state.trust import Trust
 from dockpose.files.durable_files import GrowingFile
+from dockpose.guidance import entrance_of
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.uncertainty import UNKNOWN_ANGLE_RAD2, UNKNOWN_LENGTH_M2
 from dockpose.tracking import Track
+from dockpose.vehicle import BodyPose
 
-FRAME_ID, DOCK_FRAME_ID = "camera_optical_frame", "dock"
+FRAME_ID, DOCK_FRAME_ID, ENTRANCE_FRAME_ID = "camera_optical_frame", "dock", "dock_entrance"
+BODY_FRAME_ID = "base_link"  # x ahead, y left, z up, whatever the vehicle file's frame (REP 103)
 _POSE, _TF = "geometry_msgs/msg/PoseWithCovarianceStamped", "tf2_msgs/msg/TFMessage"
 _PICTURE, _DIAGNOSTICS = "sensor_msgs/msg/CompressedImage", "diagnostic_msgs/msg/DiagnosticArray"
 # The type of what is on each topic.
@@ -28,6 +31,9 @@ TOPICS = {
     "/dock/pose_a": _POSE,
     "/dock/pose_b": _POSE,
     "/dock/pose": _POSE,
+    "/dock/pose_body": _POSE,
+    "/detected_dock_pose": "geometry_msgs/msg/PoseStamped",
+    "/dock/entrance": _POSE,
     "/tf": _TF,
     "/dock/image/compressed": _PICTURE,
 }
@@ -55,6 +61,7 @@ class Seen:
     picture: np.ndarray | None = None  # (H, W, 3): the annotated picture
     original: np.ndarray | None = None  # (H, W): the picture itself
     clock: str = "time of day"  # what the time stamps are
+    vehicle: Vehicle | None = None  # what carries the camera
 
 
 def messages_of(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> list[Message]:
@@ -67,23 +74,43 @@ def messages_of(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> list[Mes
     chosen = seen.found.selected if seen.track is None or not seen.track.predicted else None
     if chosen is None:
         return messages
-    position, rotation = _place(chosen)
-    transform = {"child_frame_id": DOCK_FRAME_ID, "transform": {"translation": position, "rotation": rotation}}
-    messages += [("/dock/pose", pose_message(chosen, head)), ("/tf", {"transforms": [{"header": head} | transform]})]
+    message = pose_message(chosen, head)
+    messages += [("/dock/pose", message), ("/detected_dock_pose", message | {"pose": message["pose"]["pose"]})]
+    messages += _placed_messages(chosen, seen, head)
     if seen.picture is not None:
         messages.append(("/dock/image/compressed", {"header": head, "format": "jpeg", "data": jpeg(seen.picture)}))
     return messages
 
 
-def pose_message(pose: CirclePose, head: dict[str, Any]) -> dict[str, Any]:
-    """Return a pose as fields, rotated by Ry(theta_y) Rx(theta_x); a roll not seen varies by a full turn."""
+def _placed_messages(chosen: CirclePose, seen: Seen, head: dict[str, Any]) -> list[Message]:
+    """Where the entrance is, and the dock in the vehicle's frame, with the transforms between all of them."""
+    found, messages, in_body = seen.found, [], head | {"frame_id": BODY_FRAME_ID}
+    children: list[tuple[dict[str, Any], str, CirclePose | BodyPose]] = [(head, DOCK_FRAME_ID, chosen)]
+    entrance = entrance_of(chosen, found.dock, found.camera)
+    if entrance is not None:
+        messages.append(("/dock/entrance", pose_message(entrance, head)))
+        children.append((head, ENTRANCE_FRAME_ID, entrance))
+    vehicle = None if seen.vehicle is None else seen.vehicle.in_frame("flu")
+    if vehicle is not None:
+        messages.append(("/dock/pose_body", pose_message(vehicle.pose(chosen), in_body)))
+        children.append((in_body, head["frame_id"], vehicle.camera))
+    transforms = []
+    for parent, child, pose in children:
+        place, turn = _place(pose)
+        transform = {"translation": place, "rotation": turn}
+        transforms.append({"header": parent, "child_frame_id": child, "transform": transform})
+    return [*messages, ("/tf", {"transforms": transforms})]
+
+
+def pose_message(pose: CirclePose | BodyPose, head: dict[str, Any]) -> dict[str, Any]:
+    """Return a pose as fields, without roll, as its rotation is; a roll not seen varies by a full turn."""
     position, rotation = _place(pose)
     placed = {"pose": {"position": position, "orientation": rotation}, "covariance": covariance(pose).ravel().tolist()}
     return {"header": head, "pose": placed}
 
 
-def _place(pose: CirclePose) -> tuple[dict[str, float], dict[str, float]]:
-    """Where the dock's frame lies in the camera's, and its quaternion."""
+def _place(pose: CirclePose | BodyPose) -> tuple[dict[str, float], dict[str, float]]:
+    """A pose's position and quaternion as fields."""
     turn = zip("xyzw", pose.quaternion_xyzw, strict=True)
     return dict(zip("xyz", pose.position_m.tolist(), strict=True)), dict(turn)
 
@@ -147,7 +174,7 @@ def pose_yaml(found: Estimate, time_s: float | None, frame_id: str = FRAME_ID) -
     return unknown + yaml.safe_dump(message, sort_keys=False, default_flow_style=None)
 
 
-def covariance(pose: CirclePose) -> np.ndarray:
+def covariance(pose: CirclePose | BodyPose) -> np.ndarray:
     """Return the total covariance (6, 6) in m² and rad²; where it is unknown, that of knowing nothing."""
     found, unknown = pose.covariance_total, [UNKNOWN_LENGTH_M2] * 3 + [UNKNOWN_ANGLE_RAD2] * 3
     return np.diag(unknown) if found is None else found

@@ -12,16 +12,18 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
+from dockpose import Dock, Entrance
 from dockpose.app.cli import main
 from dockpose.app.drawing.colours import MASK_COLOUR, bgr
-from dockpose.app.inputs.pictures import load_sample, sample_names, sample_path
+from dockpose.app.inputs.pictures import load_sample, sample_names, sample_path, save_dock
 from dockpose.camera.files import save_camera
 from dockpose.lights.masks import hidden_pixels
+from dockpose.simulate import render
 from dockpose.simulate.files import save_scene
 from dockpose.simulate.parts import Text
 from PIL import ExifTags, Image
 
-from tests.support.scenes import CAMERA, random_scene
+from tests.support.scenes import CAMERA, DOCK, random_scene
 
 KNOWN = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
 
@@ -275,3 +277,30 @@ def test_the_pages_of_a_tiff_are_frames(tank, json_lines):
         ("stack.tif", 1, 0.2),
     ]
     assert [line["frame"] for line in json_lines("compare", "stack.tif", *KNOWN)] == [0, 1]
+
+
+def test_a_vehicle_gives_its_own_poses_and_guidance(tmp_path):
+    image, truth = render(random_scene(3))
+    cv2.imwrite(str(tmp_path / "one.png"), image)
+    save_camera(CAMERA, tmp_path / "camera.yaml")
+    save_dock(Dock(DOCK.diameter, DOCK.lights, entrance=Entrance(standoff_m=0.5)), tmp_path / "dock.yaml")
+    (tmp_path / "v.yaml").write_text("T_body_camera: {position_m: [0.2, 0.0, 0.1]}\nframe: frd\n")
+    known = [word for name in ("camera", "dock") for word in (f"--{name}", str(tmp_path / f"{name}.yaml"))]
+    to = ["--json", str(tmp_path / "a.jsonl"), "--csv", str(tmp_path / "a.csv")]
+    assert main(["estimate", str(tmp_path / "one.png"), *known, "--vehicle", str(tmp_path / "v.yaml"), *to]) == 0
+    line = json.loads((tmp_path / "a.jsonl").read_text())
+    x, y, z = truth.position_m
+    assert line["vehicle"]["position_m"] == pytest.approx([z + 0.2, x, y + 0.1], abs=0.02)
+    (row,) = csv.DictReader((tmp_path / "a.csv").read_text().splitlines())
+    assert float(row["vehicle_y_m"]) == line["vehicle"]["position_m"][1]
+    assert float(row["vehicle_qw"]) == line["vehicle"]["quaternion_xyzw"][3]
+    assert float(row["guidance_along_m"]) == line["guidance"]["along_m"]
+    assert row["guidance_target"] == line["guidance"]["target"]
+    assert float(row["guidance_target_z_m"]) == line["guidance"]["target_m"][2]
+
+
+def test_a_wrong_vehicle_file_is_named(tmp_path, capsys):
+    (tmp_path / "v.yaml").write_text("T_body_camera: {pitch: 3}\nframe: frd\n")
+    assert main(["estimate", "plain", "--vehicle", str(tmp_path / "v.yaml")]) == 2
+    assert "--vehicle: " in (told := capsys.readouterr().err)
+    assert "unknown field `pitch`" in told

@@ -4,7 +4,7 @@ import sys
 
 import msgspec
 import pytest
-from dockpose import Dock, Settings
+from dockpose import Dock, Entrance, Settings
 from dockpose.app.cli import main
 from dockpose.app.commands.ros import NodeLogic, logic_of, make_node
 from dockpose.app.export.recordings.ros import TOPICS
@@ -18,6 +18,8 @@ from tests.support.scenes import CAMERA, DOCK, random_scene
 
 PICTURE, TRUTH = render(random_scene(3))
 INFO = bags.camera_info(CAMERA.matrix.ravel(), (640, 480))
+
+PLAIN = set(TOPICS) - {"/dock/pose_body", "/dock/entrance"}  # of a dock without entrance, on no known vehicle
 
 
 @pytest.fixture
@@ -38,7 +40,7 @@ def status_of(messages):
 def test_a_picture_gives_all_messages_with_its_own_time_and_frame(logic):
     logic.take_camera_info(INFO)
     messages = dict(logic.take_image(bags.image(PICTURE, "mono8"), 0.0))
-    assert set(messages) == set(TOPICS)
+    assert set(messages) == PLAIN
     stamp = {"sec": bags.START_NS // 10**9, "nanosec": bags.START_NS % 10**9}
     header = messages["/dock/pose"]["header"]
     assert header["frame_id"] == "camera"
@@ -46,6 +48,23 @@ def test_a_picture_gives_all_messages_with_its_own_time_and_frame(logic):
     assert abs(header["stamp"]["nanosec"] - stamp["nanosec"]) < 1000
     position = messages["/dock/pose"]["pose"]["pose"]["position"]
     assert [position[axis] for axis in "xyz"] == pytest.approx(TRUTH.position_m, abs=0.02)
+
+
+def test_the_vehicle_and_the_entrance_have_topics_of_their_own(told, tmp_path):
+    save_dock(Dock(DOCK.diameter, DOCK.lights, entrance=Entrance()), tmp_path / "dock.yaml")
+    (tmp_path / "vehicle.yaml").write_text("T_body_camera: {position_m: [0.2, 0.0, 0.1]}\nframe: frd\n")
+    files = {"dock_file": str(tmp_path / "dock.yaml"), "vehicle_file": str(tmp_path / "vehicle.yaml")}
+    logic = logic_of(DEFAULTS | files, told.append)
+    logic.take_camera_info(INFO)
+    messages = dict(logic.take_image(bags.image(PICTURE, "mono8"), 0.0))
+    assert set(messages) == set(TOPICS)
+    x, y, z = TRUTH.position_m
+    body = messages["/dock/pose_body"]
+    assert body["header"]["frame_id"] == "base_link"
+    assert list(body["pose"]["pose"]["position"].values()) == pytest.approx([z + 0.2, -x, -y - 0.1], abs=0.02)
+    ways = [(one["header"]["frame_id"], one["child_frame_id"]) for one in messages["/tf"]["transforms"]]
+    assert ways == [("camera", "dock"), ("camera", "dock_entrance"), ("base_link", "camera")]
+    assert messages["/detected_dock_pose"]["pose"] == messages["/dock/pose"]["pose"]["pose"]
 
 
 def test_without_a_camera_it_says_so_and_no_pose_is_made_up(logic, told):
@@ -98,7 +117,7 @@ def test_a_picture_without_a_stamp_has_the_time_at_which_it_came(logic, told):
 def test_a_camera_file_has_precedence_and_a_camera_of_another_shape_is_told(told):
     logic = NodeLogic(told.append, DOCK, Settings(), CAMERA, "/camera/image_raw")
     logic.take_camera_info(bags.camera_info((99.0, 0, 1, 0, 99.0, 1, 0, 0, 1), (640, 480)))
-    assert len(logic.take_image(bags.image(PICTURE, "mono8"), 0.0)) == len(TOPICS)
+    assert len(logic.take_image(bags.image(PICTURE, "mono8"), 0.0)) == len(PLAIN)
     messages = logic.take_image(bags.image(PICTURE[:, :480].copy(), "mono8"), 0.0)
     assert "not the same picture rescaled" in status_of(messages)["message"]
     messages = logic.take_image(bags.image(PICTURE, "32FC1"), 0.0)
@@ -109,12 +128,13 @@ def test_compressed_pictures_have_their_camera_beside_the_others():
     logic = NodeLogic(print, DOCK, Settings(), None, "/left/image_raw/compressed")
     assert (logic.is_compressed, logic.info_topic) == (True, "/left/camera_info")
     logic.take_camera_info(INFO)
-    assert len(logic.take_image(bags.compressed(PICTURE, "png"), 0.0)) == len(TOPICS)
+    assert len(logic.take_image(bags.compressed(PICTURE, "png"), 0.0)) == len(PLAIN)
 
 
 DEFAULTS = {
     "camera_file": "",
     "dock_file": "",
+    "vehicle_file": "",
     "dock_diameter_m": 0.30,
     "lights": 10,
     "method": "hats",
@@ -142,7 +162,7 @@ def test_its_life(node):
     assert set(node.subscriptions_) == {"/camera/image_raw", "/camera/camera_info"}
     assert {one.qos.reliability for one in node.subscriptions_.values()} == {"best effort"}
     show(node)
-    assert {topic for topic, _ in node.published} == set(TOPICS)
+    assert {topic for topic, _ in node.published} == PLAIN
     node.trigger_deactivate()
     assert node.subscriptions_ == {}
     node.trigger_activate()
@@ -197,7 +217,7 @@ def test_the_command_runs_the_node_until_it_is_stopped(monkeypatch, capsys):
     nodes = fake_rclpy.install(monkeypatch, spin)
     assert main(["ros", "--dock-diameter", "30cm", "--lights", "10", "--ros-args", "-r", "__ns:=/auv"]) == 0
     (node,) = nodes
-    assert {topic for topic, _ in node.published} == set(TOPICS)
+    assert {topic for topic, _ in node.published} == PLAIN
     assert node.state == "gone"
     assert "listens on /camera/image_raw" in capsys.readouterr().err
 

@@ -11,8 +11,10 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from dockpose import Dock, Entrance
 from dockpose.app.cli import main
 from dockpose.app.export.recordings.ros import TOPICS
+from dockpose.app.inputs.pictures import save_dock
 from dockpose.simulate import Approach, FilmPlan, save_sequence
 from dockpose.sources import Bag
 from mcap.exceptions import McapError
@@ -21,6 +23,7 @@ from mcap.records import Message
 from mcap.stream_reader import StreamReader
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
+from scipy.spatial.transform import Rotation
 
 from tests.support import bags
 from tests.support.scenes import CAMERA, random_scene
@@ -34,6 +37,10 @@ def written(tmp_path_factory):
     """A folder with what `estimate --out` made of a bag, and the JSON lines of the same run."""
     folder = tmp_path_factory.mktemp("written")
     known = bags.write_approach(folder, FRAMES, DARK)
+    dock = Dock(0.30, 10, entrance=Entrance(position_m=(0.0, 0.0, 0.25)))
+    save_dock(dock, folder / "dock.yaml")
+    (folder / "vehicle.yaml").write_text("T_body_camera: {position_m: [0.2, 0.0, 0.1], pitch_deg: -10}\nframe: frd\n")
+    known = [*known[:2], "--dock", str(folder / "dock.yaml"), "--vehicle", str(folder / "vehicle.yaml")]
     files = ["--out", str(folder / "poses.mcap"), "--json", str(folder / "lines.jsonl")]
     assert main(["estimate", str(folder / "run.mcap"), *known, *files]) == 0
     return folder
@@ -76,8 +83,9 @@ def test_every_message_is_what_the_line_says(written, read):
         for message in messages.values():
             header = message.transforms[0].header if hasattr(message, "transforms") else message.header
             assert abs(header.stamp.sec * 10**9 + header.stamp.nanosec - stamp_ns) < 1000
-            assert header.frame_id == "camera_optical_frame"
-    assert len(found) == len(lines) + 5 * (FRAMES - len(DARK))
+            in_body = message is messages.get("/dock/pose_body")
+            assert header.frame_id == ("base_link" if in_body else "camera_optical_frame")
+    assert len(found) == len(lines) + 8 * (FRAMES - len(DARK))
 
 
 def check_poses(messages, line):
@@ -89,15 +97,33 @@ def check_poses(messages, line):
         assert [position.x, position.y, position.z] == expected["position_m"]
         assert [turn.x, turn.y, turn.z, turn.w] == expected["quaternion_xyzw"]
         assert stamped.covariance.reshape(6, 6).tolist() == expected["covariance_total_m_rad"]
-    (transform,) = messages["/tf"].transforms
-    assert transform.child_frame_id == "dock"
-    assert transform.transform.translation.z == line["chosen"]["position_m"][2]
-    assert transform.transform.rotation.w == line["chosen"]["quaternion_xyzw"][3]
+    dock, entrance, camera = messages["/tf"].transforms
+    assert [one.child_frame_id for one in (dock, entrance, camera)] == ["dock", "dock_entrance", "camera_optical_frame"]
+    assert dock.transform.translation.z == line["chosen"]["position_m"][2]
+    assert dock.transform.rotation.w == line["chosen"]["quaternion_xyzw"][3]
+    assert entrance.transform.translation.z == line["entrance"]["position_m"][2]
+    assert messages["/detected_dock_pose"].pose == messages["/dock/pose"].pose.pose
+    check_body(messages["/dock/pose_body"], camera, line)
     picture = messages["/dock/image/compressed"]
     assert picture.format == "jpeg"
     decoded = cv2.imdecode(np.array(picture.data), cv2.IMREAD_COLOR)
     assert decoded is not None
     assert decoded.shape == (480, 640, 3)
+
+
+def check_body(stamped, camera, line):
+    """In base_link y is to the left and z up; the vehicle file has y to the right and z down."""
+    x, y, z = line["vehicle"]["position_m"]
+    at = stamped.pose.pose.position
+    assert [at.x, at.y, at.z] == pytest.approx([x, -y, -z], abs=1e-12)
+    total = np.array(line["vehicle"]["covariance_total_m_rad"])
+    turned = np.diag([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
+    np.testing.assert_allclose(stamped.pose.covariance.reshape(6, 6), turned @ total @ turned, atol=1e-12)
+    # The way from the vehicle to the dock by way of the camera is the same.
+    turn, place = camera.transform.rotation, camera.transform.translation
+    rotation = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix()
+    there = rotation @ line["chosen"]["position_m"] + [place.x, place.y, place.z]
+    np.testing.assert_allclose(there, [x, -y, -z], atol=1e-12)
 
 
 def check_diagnostics(message, line):
@@ -140,7 +166,8 @@ def test_pictures_by_themselves_go_there_too(written, tmp_path):
     bag.close()
     words = ["--camera", str(written / "camera.yaml"), "--dock-diameter", "0.30", "--lights", "10"]
     assert main(["estimate", str(path), *words, "--out", str(tmp_path / "a.mcap")]) == 0
-    assert {topic for topic, _, _ in by_rosbags(tmp_path / "a.mcap")} == set(TOPICS)
+    alone = set(TOPICS) - {"/dock/pose_body", "/dock/entrance"}  # of a dock without entrance, on no known vehicle
+    assert {topic for topic, _, _ in by_rosbags(tmp_path / "a.mcap")} == alone
 
 
 @pytest.mark.slow

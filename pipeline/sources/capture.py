@@ -55,6 +55,7 @@ class Camera:
     """
 
     unix_at_zero_s = None  # time of day at the zero of ``time_s``
+    is_idle, has_our_clock, left_out = False, False, 0  # see RtpCapture
 
     def __init__(self, number: int, *, grey: bool = False) -> None:
         self._grey = grey

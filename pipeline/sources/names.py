@@ -11,6 +11,7 @@ from dockpose.sources.pictures import has_pages
 _ADDRESS = re.compile(r"(rtsps?|rtmps?|https?|udp|rtp|srt|tcp)://", re.IGNORECASE)
 _CAMERA = re.compile(r"(?:/dev/video)?([0-9]{1,4})")
 _SCENE_ENDINGS = (".yaml", ".yml")
+_DESCRIPTION = ".sdp"  # of a stream
 VIDEO_ENDINGS = (
     *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".ts", ".m2ts", ".mts", ".wmv", ".flv"),
     *(".mjpeg", ".mjpg", ".h264", ".264", ".avc", ".h265", ".265", ".hevc"),  # frames one after another, without times
@@ -50,6 +51,8 @@ def kind_of(source: str) -> Kind:
         if glob.has_magic(source):
             return Kind.GLOB
     ending = path.suffix.lower()
+    if ending == _DESCRIPTION:
+        return Kind.STREAM
     if ending in _SCENE_ENDINGS:
         return Kind.SIMULATED
     if ending in BAG_ENDINGS:
@@ -64,6 +67,11 @@ def camera_number(source: str) -> int | None:
     device = str(Path(source).resolve()) if source.startswith("/dev/") else source
     match = _CAMERA.fullmatch(device)
     return None if match is None else int(match[1])
+
+
+def is_rtp(source: str) -> bool:
+    """Whether a stream is one that is sent to a UDP port of ours."""
+    return source.lower().startswith("rtp://") or (source.lower().endswith(_DESCRIPTION) and "://" not in source)
 
 
 def check_regular(source: str | Path) -> None:

@@ -10,8 +10,9 @@ from dockpose.sources.bags import Bag
 from dockpose.sources.capture import NO_WISHES, Camera, Wishes
 from dockpose.sources.frames import Frames, SourceError, Tell
 from dockpose.sources.live import Live
-from dockpose.sources.names import Kind, camera_number, check_regular, kind_of
+from dockpose.sources.names import Kind, camera_number, check_regular, is_rtp, kind_of
 from dockpose.sources.pictures import Pages, Pictures, list_pictures
+from dockpose.sources.rtp import RtpCapture
 from dockpose.sources.simulated import Simulated
 from dockpose.sources.stream import StreamCapture
 from dockpose.sources.video import Video
@@ -120,6 +121,8 @@ def _kind_and_name(source: object) -> tuple[Kind, str]:
 
 def _open_stream(address: str, tell: Tell | None, timeout_s: float, grey: bool) -> Frames:
     """A live stream, or a recording where the address turns out to be that of a file."""
+    if is_rtp(address):
+        return Live(address, lambda: RtpCapture(address, tell or (lambda text: None), grey=grey), tell)
     first = [StreamCapture(address, timeout_s, grey=grey)]
     if first[0].is_recording:
         first.pop().release()

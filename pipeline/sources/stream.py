@@ -23,6 +23,8 @@ _WITH_CLOCK = {"rtsp", "rtp", "sdp", "mpegts", "flv", "live_flv", "hls"}
 class StreamCapture:
     """A stream that is open; one thread decodes it, since more of them hold frames back."""
 
+    is_idle, has_our_clock, left_out = False, False, 0  # see RtpCapture
+
     def __init__(self, address: str, timeout_s: float, *, grey: bool = False) -> None:
         self._grey = grey
         start_s = time.monotonic()

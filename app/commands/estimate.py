@@ -41,6 +41,7 @@ def add_parser(commands: given.Commands) -> None:
     sequences = ("estimate_sequences", "topic", "estimate_workers")
     given.add_options(parser.add_argument_group("sequences and bags"), *sequences)
     given.add_options(parser.add_argument_group("live cameras"), "wishes")
+    given.add_options(parser.add_argument_group("autopilot"), "mavlink")
     given.add_options(parser.add_argument_group("experiment log"), "estimate_session")
 
 

@@ -12,6 +12,8 @@ from dockpose import Settings
 from dockpose.app.commands.arguments import turned
 from dockpose.app.commands.console import FrameProgress
 from dockpose.app.commands.output import HeldLines, ResultWriter
+from dockpose.app.errors import UserError
+from dockpose.app.export.mavlink import Autopilot
 from dockpose.app.export.recording import Recording, record
 from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.video import VideoFile, is_video_file
@@ -47,12 +49,15 @@ def estimate_sequence(
             recording = _begin_live(frames, how, progress.tell, files)
         elif how.record is not None:
             progress.tell(f"{source.source}: is a recording already, so that --record {how.record} records nothing")
+        autopilot = _begin_mavlink(frames, how, progress.tell, files)
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(frames, results, folder, files)
         smoother = files.enter_context(_smoothed(run, settings, results)) if how.smooth else None
         recordings = results.recordings(source.name, files, progress.tell)
         for found, followed in run:
             tracked = followed.tracked
+            if autopilot is not None and run.last is not None:
+                autopilot.see(run.last, followed.estimate, tracked, followed.trust)
             line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256, found.time_unix_s) | turned(how)
             time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
             seen = Seen(found.name, found.index, followed.estimate, followed.trust, tracked.track)
@@ -77,6 +82,19 @@ def _begin_live(frames: Live, how: argparse.Namespace, tell: Tell, files: contex
     return recording
 
 
+def _begin_mavlink(
+    frames: Frames, how: argparse.Namespace, tell: Tell, files: contextlib.ExitStack
+) -> Autopilot | None:
+    """Open the link to an autopilot where that is wished. Raises UserError where the frames are not of now."""
+    if how.mavlink is None:
+        return None
+    if not frames.is_live:
+        raise UserError(f"--mavlink {how.mavlink}: sends what is seen now, but {frames.source} is a recording")
+    autopilot = Autopilot(how.mavlink, how.mavlink_send, how.mavlink_ids, how.mavlink_age, tell=tell)
+    files.callback(autopilot.close)
+    return autopilot
+
+
 class _Run:
     """The frames of a sequence as they are found and followed, whichever way they are searched."""
 
@@ -86,7 +104,7 @@ class _Run:
         self._source, self._frames, self._settings, self._how, self._tell = source, frames, settings, how, tell
         self.camera, self._dock = known(source.name, frames.camera, frames.dock)
         self._following = Following(self.camera, self._dock, settings, tell, watch_exposure=frames.is_live)
-        self._last: Frame | None = None
+        self.last: Frame | None = None  # the frame that came last
         self._skipped = 0
 
     @property
@@ -96,9 +114,9 @@ class _Run:
 
     def picture(self, index: int) -> np.ndarray:
         """The picture of the frame that came last, as it is shown."""
-        if self._last is None or self._last.index != index:
-            self._last = self._frames.at(index)
-        return self._last.picture()
+        if self.last is None or self.last.index != index:
+            self.last = self._frames.at(index)
+        return self.last.picture()
 
     def __iter__(self) -> Iterator[tuple[Found, Followed]]:
         frames = self._frames
@@ -111,7 +129,7 @@ class _Run:
 
     def _one_by_one(self) -> Iterator[tuple[Found, Followed]]:
         for frame in self._frames if self._frames.is_live else read_ahead(self._frames):
-            self._last = frame
+            self.last = frame
             followed = self._following.see(frame)
             found = followed.tracked.estimate
             seen = Found(frame.index, frame.time_s, frame.name, frame.sha256, found, time_unix_s=frame.time_unix_s)

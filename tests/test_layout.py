@@ -159,6 +159,7 @@ def test_each_dependency_is_imported_somewhere():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"]
     needs = [*project["dependencies"], *extras["cluster"], *extras["ros"], *extras["rerun"], *extras["completion"]]
+    needs += extras["mavlink"]
     text = "\n".join(path.read_text(encoding="utf-8") for house in HOUSES for path in layout.files(house))
     for need in needs:
         name = re.split(r"[\[<>=!~ ]", need)[0]

@@ -5,12 +5,14 @@ import contextlib
 import functools
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from dockpose import Settings
 from dockpose.app.commands.arguments import turned
 from dockpose.app.commands.output import HeldLines, ResultWriter
+from dockpose.app.errors import UserError
 from dockpose.app.export.recording import record
 from dockpose.app.export.recordings.ros import Seen
 from dockpose.app.export.video import VideoFile, is_video_file
@@ -20,6 +22,9 @@ from dockpose.app.processing.following import Followed, Following
 from dockpose.app.processing.parallel import Found, SequenceWork, found_in, split, workers
 from dockpose.sources import Frame, Frames, Live, Tell, Video, read_ahead
 from dockpose.tracking.smoother import Smoother
+
+if TYPE_CHECKING:
+    from dockpose.app.export.mavlink import Autopilot
 
 _RATE_HZ = 25.0  # of an annotated video of a source that gives no rate
 
@@ -52,12 +57,15 @@ def estimate_sequence(
                 files.callback(recording.close)
         elif how.record is not None:
             progress.tell(f"{source.source}: is a recording already, so that --record {how.record} records nothing")
+        autopilot = _begin_mavlink(frames, how, progress.tell, files)
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(frames, results, folder, files)
         smoother = files.enter_context(_smoothed(run, settings, results)) if how.smooth else None
         recordings = results.recordings(source.name, files, progress.tell)
         for found, followed in run:
             tracked = followed.tracked
+            if autopilot is not None and run.last is not None:
+                autopilot.see(run.last, followed.estimate, tracked, followed.trust)
             times = found.time_s, found.sha256, found.time_unix_s
             line = tracked.to_dict(found.name, found.index, *times, how.carrier) | turned(how)
             time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
@@ -73,6 +81,24 @@ def estimate_sequence(
         return frames.is_live or not (run.skipped or frames.skipped or frames.is_cut_short)
 
 
+def _begin_mavlink(
+    frames: Frames, how: argparse.Namespace, tell: Tell, files: contextlib.ExitStack
+) -> "Autopilot | None":
+    """Open the link to an autopilot where that is wished. Raises UserError where the frames are not of now."""
+    if how.mavlink is None:
+        return None
+    if not frames.is_live:
+        raise UserError(f"--mavlink {how.mavlink}: sends what is seen now, but {frames.source} is a recording")
+    from dockpose.app.export.mavlink import Autopilot  # loads what takes long and is seldom asked for
+    from dockpose.app.export.vehicle import FORWARD, Mount
+
+    body = None if how.carrier is None else how.carrier.in_frame("frd")
+    mount = FORWARD if body is None else Mount(body.rotation, np.array(body.T_body_camera.position_m))
+    autopilot = Autopilot(how.mavlink, how.mavlink_send, how.mavlink_ids, how.mavlink_age, mount=mount, tell=tell)
+    files.callback(autopilot.close)
+    return autopilot
+
+
 class _Run:
     """The frames of a sequence as they are found and followed, whichever way they are searched."""
 
@@ -82,14 +108,14 @@ class _Run:
         self._source, self._frames, self._settings, self._how, self._tell = source, frames, settings, how, tell
         self.camera, self._dock = known(source.name, frames.camera, frames.dock)
         self._following = Following(self.camera, self._dock, settings, tell, watch_exposure=frames.is_live)
-        self._last: Frame | None = None
+        self.last: Frame | None = None  # the frame that came last
         self.skipped = 0  # corrupt frames of which other processes told
 
     def picture(self, index: int) -> np.ndarray:
         """The picture of the frame that came last, as it is shown."""
-        if self._last is None or self._last.index != index:
-            self._last = self._frames.at(index)
-        return self._last.picture()
+        if self.last is None or self.last.index != index:
+            self.last = self._frames.at(index)
+        return self.last.picture()
 
     def __iter__(self) -> Iterator[tuple[Found, Followed]]:
         frames = self._frames
@@ -102,7 +128,7 @@ class _Run:
 
     def _one_by_one(self) -> Iterator[tuple[Found, Followed]]:
         for frame in self._frames if self._frames.is_live else read_ahead(self._frames):
-            self._last = frame
+            self.last = frame
             followed = self._following.see(frame)
             yield found_in(frame, frame.name, followed.tracked.estimate), followed
 

@@ -81,7 +81,7 @@ def files_of(source: str | Path) -> Iterator[Path]:
             found = list_pictures(source)
         elif kind is Kind.BAG and path.is_dir():
             found = [one for one in path.iterdir() if is_rosbag2_file(one) or one.name == BAG_METADATA]
-        elif kind not in (Kind.CAMERA, Kind.STREAM):
+        elif kind not in (Kind.CAMERA, Kind.STREAM) or path.is_file():
             found = [path]
     for one in found:
         yield from (one, one.with_suffix(".yaml"))

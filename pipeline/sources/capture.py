@@ -56,6 +56,7 @@ class Camera:
     """
 
     unix_at_zero_s = None  # time of day at the zero of ``time_s``
+    is_idle, has_our_clock, left_out = False, False, 0  # see RtpCapture
 
     def __init__(self, number: int, *, grey: bool = False) -> None:
         self._grey = grey
@@ -185,6 +186,8 @@ _WITH_CLOCK = {"rtsp", "rtp", "sdp", "mpegts", "flv", "live_flv", "hls"}
 
 class StreamCapture:
     """A stream that is open; one thread decodes it, since more of them hold frames back."""
+
+    is_idle, has_our_clock, left_out = False, False, 0  # see RtpCapture
 
     def __init__(self, address: str, timeout_s: float, *, grey: bool = False) -> None:
         self._grey = grey

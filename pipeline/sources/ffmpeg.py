@@ -20,7 +20,7 @@ from dockpose.sources.frames import SourceError
 _LENIENT: dict[str, Any] = {"metadata_errors": "ignore"} if int(av.__version__.split(".")[0]) < 19 else {}
 
 
-def opened(source: str, **options: Any) -> InputContainer:
+def opened(source: str | BinaryIO, **options: Any) -> InputContainer:
     """Open what is to be read, with options of ``av.open``, whatever bytes its texts are."""
     return av.open(source, "r", **options, **_LENIENT)
 

@@ -45,6 +45,8 @@ class Frame:
         Returns what to show where ``image`` is the brightness alone; see :meth:`picture`.
     time_unix_s : float or None, seconds
         When it was taken, since 1970-01-01 00:00 UTC; None where the source does not know.
+    monotonic_s : float or None, seconds
+        Of a live source, when it was taken or else came, by ``time.monotonic()``; None of a recording.
     """
 
     image: np.ndarray
@@ -54,6 +56,7 @@ class Frame:
     sha256: str | None = None
     shown: Callable[[], np.ndarray] | None = None
     time_unix_s: float | None = None
+    monotonic_s: float | None = None
 
     def picture(self) -> np.ndarray:
         """The picture to show, in colour where the source has it; as ``image`` otherwise."""

@@ -9,8 +9,9 @@ import av
 import numpy as np
 from dockpose.sources.capture import NO_WISHES, Camera, StreamCapture, Wishes
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
+from dockpose.sources.rtp import RtpCapture
 
-Capture = Camera | StreamCapture
+Capture = Camera | StreamCapture | RtpCapture
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 8.0
 _MOST_DELAY_S = 1.0  # of a frame after the time stamp of its driver
@@ -122,8 +123,9 @@ class Live(Frames):
             is_there, arrived_s = capture.grab(), time.monotonic()
             image = capture.retrieve() if is_there else None
             if image is None:
-                failures += 1
+                failures += not capture.is_idle
                 continue
+            self._came, self.skipped = self._came + capture.left_out, self.skipped + capture.left_out
             if failures:
                 self._came += failures
                 frames = "1 frame was corrupt and is" if failures == 1 else f"{failures} frames were corrupt and are"
@@ -133,7 +135,7 @@ class Live(Frames):
 
     def _keep(self, image: np.ndarray, arrived_s: float, capture: Capture) -> None:
         stamp_s = capture.time_s
-        if stamp_s is not None and 0 <= arrived_s - stamp_s < _MOST_DELAY_S:
+        if stamp_s is not None and (capture.has_our_clock or 0 <= arrived_s - stamp_s < _MOST_DELAY_S):
             arrived_s = stamp_s  # by our own clock, as Video4Linux gives it: when the frame was there, not when we were
         if self._came == 0 or self._began_s == 0.0:
             self._began_s = arrived_s
@@ -147,7 +149,9 @@ class Live(Frames):
                 self._is_dated, self._began_unix_s = True, capture.unix_at_zero_s + stamp_s - time_s
         time_s = round(time_s, 6)
         taken_s = round(self._began_unix_s + time_s, 6)
-        frame = Frame(image, self._came, time_s, self.source, shown=capture.shown, time_unix_s=taken_s)
+        more = {"shown": capture.shown, "time_unix_s": taken_s, "monotonic_s": arrived_s}
+        frame = Frame(image, self._came, time_s, self.source, **more)
+        self.about = capture.about
         self._came += 1
         if self.on_arrival is not None:
             self.on_arrival(Arrival(frame, capture.packets, None if stamp_s is None else self._ahead_s))

@@ -21,12 +21,14 @@ from dockpose.sources.capture import NO_WISHES, Camera, StreamCapture, Wishes
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 from dockpose.sources.live import Live
 from dockpose.sources.pictures import Pages, Pictures, has_pages, list_pictures
+from dockpose.sources.rtp import RtpCapture
 from dockpose.sources.video import Video
 from dockpose.text import shown
 
 _ADDRESS = re.compile(r"(rtsps?|rtmps?|https?|udp|rtp|srt|tcp)://", re.IGNORECASE)
 _CAMERA = re.compile(r"(?:/dev/video)?([0-9]{1,4})")
 _SCENE_ENDINGS = (".yaml", ".yml")
+_DESCRIPTION = ".sdp"  # of a stream
 VIDEO_ENDINGS = (
     *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".ts", ".m2ts", ".mts", ".wmv", ".flv"),
     *(".mjpeg", ".mjpg", ".h264", ".264", ".avc", ".h265", ".265", ".hevc"),  # frames one after another, without times
@@ -64,6 +66,8 @@ def kind_of(source: str) -> Kind:
             return Kind.STREAM
         if glob.has_magic(source):
             return Kind.GLOB
+    if path.suffix.lower() == _DESCRIPTION:
+        return Kind.STREAM
     for endings, kind in ((_SCENE_ENDINGS, Kind.SIMULATED), (BAG_ENDINGS, Kind.BAG), (VIDEO_ENDINGS, Kind.VIDEO)):
         if path.suffix.lower() in endings:
             return kind
@@ -75,6 +79,11 @@ def camera_number(source: str) -> int | None:
     device = str(Path(source).resolve()) if source.startswith("/dev/") else source
     match = _CAMERA.fullmatch(device)
     return None if match is None else int(match[1])
+
+
+def is_rtp(source: str) -> bool:
+    """Whether a stream is one that is sent to a UDP port of ours."""
+    return source.lower().startswith("rtp://") or (source.lower().endswith(_DESCRIPTION) and "://" not in source)
 
 
 def _is_bag(folder: Path) -> bool:
@@ -198,6 +207,8 @@ def open_frames(
     elif kind is Kind.CAMERA:
         number = camera_number(name) or 0
         frames = Live(f"camera {number}", lambda: Camera(number, grey=grey), tell, wishes=wishes)
+    elif kind is Kind.STREAM and is_rtp(name):
+        frames = Live(name, lambda: RtpCapture(name, tell or (lambda text: None), grey=grey), tell)
     elif kind is Kind.STREAM:
         first = [StreamCapture(name, timeout_s, grey=grey)]
         if first[0].is_recording:  # the address is that of a file

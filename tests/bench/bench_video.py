@@ -202,6 +202,7 @@ class Paced:
 
     time_s = unix_at_zero_s = shown = None
     about, packets = "", ()
+    is_idle, has_our_clock, left_out = False, False, 0
 
     def __init__(self, pictures: list[np.ndarray]) -> None:
         self.pictures, self.sent_s = pictures, []

@@ -45,6 +45,7 @@ REFUSED = [
     ("estimate tilted.png --json dangling --csv a", "--csv a", "what --json writes"),
     ("estimate tilted.png --json - --csv -", "--csv -", "what --json writes"),
     ("estimate tilted.png --json - --csv /dev/stdout", "--csv /dev/stdout", "what --json writes"),
+    ("estimate tank.sdp --json tank.sdp", "--json tank.sdp", "input tank.sdp"),
     ("estimate 0 --record new.mkv --annotate ./new.mkv", "--record new.mkv", "what --annotate writes"),
     ("estimate bag.mcap --rerun a.rrd --log-file a.rrd", "--log-file a.rrd", "what --rerun writes"),
     ("compare tilted.png --json tilted.png", "--json tilted.png", "input tilted.png"),
@@ -95,7 +96,7 @@ def made(tmp_path_factory):
     for name in ("s.yaml", "sim/scene.yaml", "sim/frame_0001.yaml"):
         save_sequence(FilmPlan(scene=scene), folder / name)
     (folder / "sim/truth.csv").write_bytes(",".join(TRUTH_COLUMNS).encode() + b"\r\n")
-    fakes = ("film.mkv", "film.yaml", "bag.mcap", "bag/0.mcap", "boards/a.png", "taken/frame_0001.png")
+    fakes = ("film.mkv", "film.yaml", "tank.sdp", "bag.mcap", "bag/0.mcap", "boards/a.png", "taken/frame_0001.png")
     for name in (*fakes, "session/session.yaml", "session/results.csv", "session/frames/0001.png"):
         (folder / name).write_bytes(b"of the tank")
     (folder / "link.png").symlink_to("tilted.png")

@@ -50,6 +50,8 @@ def write_folder(folder: Path, numbers: range) -> Path:
     [
         ("rtsp://127.0.0.1/x.mp4", Kind.STREAM),
         ("HTTP://127.0.0.1:80/?a=*", Kind.STREAM),
+        ("rtp://:5600", Kind.STREAM),
+        ("tank.SDP", Kind.STREAM),
         ("tank.mp4", Kind.VIDEO),
         ("tank.AVI", Kind.VIDEO),
         ("http/tank.mp4", Kind.VIDEO),
@@ -205,6 +207,7 @@ class FakeCapture:
 
     time_s = unix_at_zero_s = shown = None
     about, packets = "", ()
+    is_idle, has_our_clock, left_out = False, False, 0
 
     def __init__(self, script):
         self.script = list(script)

@@ -1,0 +1,228 @@
+import contextlib
+import queue
+import re
+import socket
+import threading
+
+import numpy as np
+import pytest
+from dockpose.app.export.recording import record
+from dockpose.sources import Live, SourceError, Video, open_frames
+from dockpose.sources.rtp import RtpCapture
+from dockpose.sources.rtp.capture import _Clock
+
+from tests.pipeline.sources.test_sources import number_of, picture
+from tests.support.rtp import datagrams, free_port, restarted
+
+CODINGS = ["H264", "H265", "JPEG"]
+
+
+class Watched:
+    """A stream that is open, its frames as they come, and what is told."""
+
+    def __init__(self, address: str, port: int) -> None:
+        self.told: queue.Queue[str] = queue.Queue()
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._port = port
+        self.live = open_frames(address, self.told.put)
+        assert isinstance(self.live, Live)
+        self._numbers: queue.Queue[tuple[int, int]] = queue.Queue()
+        self.live.on_arrival = lambda arrival: self._numbers.put((number_of(arrival.frame.image), arrival.frame.index))
+        self._thread = threading.Thread(target=lambda: [None for _ in self.live])
+        self._thread.start()
+
+    def send(self, parts: list[bytes]) -> None:
+        for data in parts:
+            self._socket.sendto(data, ("127.0.0.1", self._port))
+
+    def next(self) -> int:
+        return self._numbers.get(timeout=10)[0]
+
+    def close(self) -> None:
+        self.live.close()
+        self._thread.join()
+        self._socket.close()
+
+
+@pytest.fixture
+def watched():
+    with contextlib.ExitStack() as stack:
+
+        def open_(address: str = "rtp://127.0.0.1:{}") -> Watched:
+            port = free_port()
+            return stack.enter_context(contextlib.closing(Watched(address.format(port), port)))
+
+        yield open_
+
+
+def sent(coding: str, count: int = 12, key_every: int = 5) -> list[list[bytes]]:
+    """Pictures of several packets each, since there is noise in them."""
+    noise = np.random.default_rng(5).integers(-30, 31, (count, 120, 160, 3))
+    noisy = [(picture(number) + noise[number]).astype(np.uint8) for number in range(count)]
+    found = datagrams(noisy, coding, key_every)
+    assert min(map(len, found)) > 2
+    return found
+
+
+@pytest.mark.parametrize("coding", CODINGS)
+def test_each_picture_comes_at_once_whichever_coding_it_has(watched, coding):
+    stream, seen = watched(), []
+    pictures = sent(coding)
+    first = 0 if coding == "JPEG" else 5  # nobody knows what was before the very first packet
+    for number, parts in enumerate(pictures):
+        stream.send(parts)
+        if number >= first:
+            seen.append(stream.next())  # before anything else is sent
+    assert seen == list(range(first, 12))
+    assert (
+        f"160 x 120 {dict(zip(CODINGS, ('h264', 'hevc', 'mjpeg'), strict=True))[coding]} from 127.0.0.1"
+        in stream.told.get(timeout=10)
+    )
+
+
+def test_a_late_start_waits_for_the_next_key(watched):
+    stream, pictures = watched(), sent("H264")
+    for parts in pictures[2:6]:
+        stream.send(parts)
+    assert stream.next() == 5
+
+
+@pytest.mark.parametrize(
+    ("coding", "seen"), [("H264", [5, 6, 10, 11]), ("H265", [5, 6, 10, 11]), ("JPEG", [5, 6, 8, 9, 10, 11])]
+)
+def test_a_lost_packet_leaves_out_all_that_needs_it(watched, coding, seen):
+    stream, pictures = watched(), sent(coding)
+    first = 5 if coding == "JPEG" else 4
+    for number, parts in enumerate(pictures[first:], first):
+        stream.send([*parts[:1], *parts[2:]] if number == 7 else parts)
+    assert [stream.next() for _ in seen] == seen
+    assert stream.live.skipped == (1 if coding == "JPEG" else 3)
+
+
+def test_packets_in_another_order_are_sorted(watched):
+    stream, pictures = watched(), sent("H264")
+    stream.send(pictures[4])
+    stream.send([pictures[5][0], *reversed(pictures[5][1:]), *reversed(pictures[6])])
+    assert [stream.next(), stream.next()] == [5, 6]
+
+
+def test_a_sender_that_stops_and_comes_back_anew_is_followed_and_said(watched, monkeypatch):
+    monkeypatch.setattr("dockpose.sources.rtp.capture._SILENT_S", 0.3)
+    stream, pictures = watched(), sent("H264")
+    for parts in pictures[4:8]:
+        stream.send(parts)
+    assert [stream.next() for _ in range(3)] == [5, 6, 7]
+    assert "160 x 120 h264" in stream.told.get(timeout=10)
+    assert "no more packets come, for 0.3 s" in stream.told.get(timeout=10)
+    monkeypatch.setattr("dockpose.sources.rtp.packets._NEW_SENDER_S", 0.0)
+    for parts in pictures[2:]:
+        stream.send([restarted(data, 12345) for data in parts])
+    assert [stream.next() for _ in range(7)] == [5, 6, 7, 8, 9, 10, 11]
+    assert "160 x 120 h264" in stream.told.get(timeout=10)
+
+
+def test_a_sender_that_changes_coding_is_followed(watched, monkeypatch):
+    monkeypatch.setattr("dockpose.sources.rtp.packets._NEW_SENDER_S", 0.0)
+    stream = watched()
+    for parts in sent("H264")[4:7]:
+        stream.send(parts)
+    assert [stream.next(), stream.next()] == [5, 6]
+    for parts in sent("JPEG")[3:5]:
+        stream.send(parts)
+    assert [stream.next(), stream.next()] == [3, 4]
+
+
+def test_nothing_that_comes_is_said(watched, monkeypatch):
+    monkeypatch.setattr("dockpose.sources.rtp.capture._TELL_EVERY_S", 0.1)
+    stream = watched()
+    assert "nothing comes to UDP port" in stream.told.get(timeout=10)
+    for parts in sent("H264")[1:4]:
+        stream.send(parts)
+    while "that begins by itself" not in stream.told.get(timeout=10):
+        pass
+
+
+def test_lost_packets_are_said(watched, monkeypatch):
+    monkeypatch.setattr("dockpose.sources.rtp.capture._TELL_EVERY_S", 0.1)
+    stream, pictures = watched(), sent("H264")
+    for number, parts in enumerate(pictures[4:], 4):
+        stream.send(parts[1:] if number == 7 else parts)
+    lost = left_out = 0
+    while (lost, left_out) != (1, 3):
+        numbers = re.findall(r"(\d+) packets were lost, and (\d+) pictures are left out", stream.told.get(timeout=10))
+        lost, left_out = lost + sum(int(one) for one, _ in numbers), left_out + sum(int(one) for _, one in numbers)
+
+
+def test_a_description_is_opened_as_an_address_is(watched, tmp_path):
+    port = free_port()
+    (tmp_path / "tank.sdp").write_text(f"v=0\nm=video {port} RTP/AVP 96\na=rtpmap:96 H265/90000\n")
+    stream = Watched(str(tmp_path / "tank.sdp"), port)
+    with contextlib.closing(stream):
+        for parts in sent("H265")[4:6]:
+            stream.send(parts)
+        assert stream.next() == 5
+
+
+def test_garbage_is_passed_over(watched):
+    stream, pictures = watched(), sent("H264")
+    for parts in pictures[4:7]:
+        stream.send([b"", b"garbage", bytes(2000), *parts])
+    assert [stream.next(), stream.next()] == [5, 6]
+
+
+@pytest.mark.parametrize("coding", CODINGS)
+def test_a_recording_has_all_that_was_sent_from_the_first_key_on(tmp_path, coding):
+    port = free_port()
+    told: list[str] = []
+    with open_frames(f"rtp://127.0.0.1:{port}", told.append) as live:
+        assert isinstance(live, Live)
+        recording = record(live, tmp_path / "kept.mkv", told.append)
+        assert recording is not None
+        sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        frames, seen = iter(live), []
+        for parts in sent(coding, 15)[5 if coding == "JPEG" else 4 :]:
+            for data in parts:
+                sender.sendto(data, ("127.0.0.1", port))
+        while not seen or seen[-1] != 14:
+            seen.append(number_of(next(frames).image))
+        sender.close()
+        recording.close()
+    with Video(str(tmp_path / "kept.mkv")) as kept:
+        assert [number_of(frame.image) for frame in kept] == list(range(5, 15))
+
+
+def test_times_are_those_of_sending_by_our_clock():
+    clock = _Clock()
+    assert clock.time_of(0.0, 100.0) == 100.0
+    assert clock.time_of(0.1, 100.15) == pytest.approx(100.1, abs=1e-4)  # came 50 ms late
+    assert clock.time_of(0.2, 100.19) == pytest.approx(100.19)  # and one quicker than the first
+    assert clock.time_of(0.3, 100.33) == pytest.approx(100.29, abs=1e-4)
+
+
+def test_a_sender_whose_clock_is_slow_is_followed_over_an_hour():
+    clock = _Clock()
+    found_s = 0.0
+    for second in range(3600):
+        found_s = clock.time_of(second * 0.9999, 50.0 + second)
+    assert found_s == pytest.approx(50 + 3599, abs=1e-3)
+
+
+def test_a_sender_that_sets_its_clock_is_followed():
+    clock = _Clock()
+    clock.time_of(0.0, 100.0)
+    assert clock.time_of(5000.0, 100.1) == pytest.approx(100.1)
+
+
+def test_a_port_that_is_taken_is_told():
+    port = free_port()
+    with contextlib.closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as other:
+        other.bind(("127.0.0.1", port))
+        with pytest.raises(SourceError, match=f"UDP port {port} cannot be listened to"):
+            open_frames(f"rtp://127.0.0.1:{port}")
+
+
+def test_nothing_can_be_set():
+    capture = RtpCapture(f"rtp://127.0.0.1:{free_port()}", print)
+    assert capture.ask(None) == ()  # pyright: ignore[reportArgumentType]
+    assert capture.retrieve() is None
+    capture.release()

@@ -1,0 +1,156 @@
+import io
+from typing import Any
+
+import av
+import cv2
+import numpy as np
+import pytest
+from dockpose.sources.ffmpeg import opened
+from dockpose.sources.rtp.packets import packet_in
+from dockpose.sources.rtp.payload import H264, H265, Jpeg, name_of, payload_of
+
+from tests.pipeline.sources.test_sources import number_of, picture
+from tests.support.rtp import datagrams
+
+START = b"\0\0\0\1"
+SPS, PPS, KEY, INTER = b"\x67sps", b"\x68pps", b"\x65key", b"\x41inter"
+
+
+def test_single_units_of_h264_make_a_picture():
+    payload = H264()
+    for unit in (SPS, PPS, KEY):
+        payload.add(unit)
+    assert payload.finish() == (START + SPS + START + PPS + START + KEY, True)
+
+
+def test_a_picture_of_h264_that_needs_another_is_no_key():
+    payload = H264()
+    payload.add(INTER)
+    assert payload.finish() == (START + INTER, False)
+
+
+def test_a_key_without_parameter_sets_is_none_and_with_those_of_the_description_it_is():
+    payload = H264()
+    payload.add(KEY)
+    assert payload.finish() == (START + KEY, False)
+    payload.begin()
+    payload.remember([SPS, PPS])
+    payload.add(KEY)
+    assert payload.finish() == (START + SPS + START + PPS + START + KEY, True)
+
+
+def test_several_units_of_h264_in_one_packet():
+    payload = H264()
+    payload.add(b"\x78" + b"\0\4" + SPS + b"\0\4" + PPS)
+    payload.add(KEY)
+    assert payload.finish() == (START + SPS + START + PPS + START + KEY, True)
+
+
+def test_parts_of_a_unit_of_h264_are_joined_under_its_own_head():
+    payload = H264()
+    payload.add(b"\x7c\x85" + b"k")  # first part of kind 5
+    payload.add(b"\x7c\x05" + b"e")
+    payload.add(b"\x7c\x45" + b"y")  # and last
+    assert payload.finish() == (START + KEY, False)
+
+
+def test_parts_of_a_unit_of_h265_are_joined_under_its_own_head():
+    payload = H265()
+    payload.remember([b"\x40\1v", b"\x42\1s", b"\x44\1p"])
+    payload.add(b"\x62\1\x93" + b"k")  # first part of kind 19
+    payload.add(b"\x62\1\x53" + b"y")
+    assert payload.finish() == (START + START.join([b"\x40\1v", b"\x42\1s", b"\x44\1p", b"\x26\1ky"]), True)
+
+
+@pytest.mark.parametrize(
+    "payloads",
+    [
+        [b""],
+        [b"\x7c\x05e"],  # a part without its beginning
+        [b"\x7c\x85k"],  # or end
+        [b"\x78\0\x09abc"],  # a unit longer than its packet
+        [b"\x78\0\0"],
+        [b"\x1dxyz"],  # FU-B
+    ],
+)
+def test_what_is_no_unit_is_refused(payloads):
+    payload = H264()
+
+    def put_together() -> None:
+        for one in payloads:
+            payload.add(one)
+            payload.finish()
+
+    with pytest.raises(ValueError, match=r"payload|part|unit"):
+        put_together()
+
+
+def test_tables_of_jpeg_by_quality_are_those_of_the_standard():
+    """At quality 50 the tables of T.81, annex K, unscaled: 16, 11, 12, 14 begin them in zigzag order; 17, 18, 18."""
+    payload = Jpeg()
+    payload.add(bytes([0, 0, 0, 0, 1, 50, 2, 2]) + b"scan")
+    data, _ = payload.finish()
+    first = data.index(b"\xff\xdb\0\x43\0") + 5
+    second = data.index(b"\xff\xdb\0\x43\1") + 5
+    assert list(data[first : first + 8]) == [16, 11, 12, 14, 12, 10, 16, 14]
+    assert list(data[second : second + 6]) == [17, 18, 18, 24, 21, 24]
+    assert list(data[first + 60 : first + 64]) == [92, 101, 103, 99]
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [
+        b"\0\0\0\0\1",
+        bytes([0, 0, 0, 9, 1, 50, 2, 2]) + b"later part",
+        bytes([0, 0, 0, 0, 7, 50, 2, 2]) + b"of another type",
+        bytes([0, 0, 0, 0, 1, 50, 0, 2]) + b"without a size",
+        bytes([0, 0, 0, 0, 1, 255, 2, 2, 0, 0, 0, 0]) + b"without tables",
+    ],
+)
+def test_what_is_no_jpeg_is_refused(payload):
+    with pytest.raises(ValueError, match=r"JPEG|part|payload"):
+        Jpeg().add(payload)
+
+
+def test_a_jpeg_cut_into_packets_by_hand_is_the_one_that_was_cut():
+    """OpenCV's file at quality 80, its scan cut in two, in colour halved both ways as OpenCV writes it."""
+    rng = np.random.default_rng(3)
+    image = cv2.resize(rng.integers(0, 255, (8, 10, 3), dtype=np.uint8), (160, 128))
+    file = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, 80])[1].tobytes()
+    scan = file[file.index(b"\xff\xda") + 14 : -2]
+    payload = Jpeg()
+    for at in (0, 700):
+        part = scan[at : at + 700] if at == 0 else scan[at:]
+        payload.add(bytes([0]) + at.to_bytes(3, "big") + bytes([1, 80, 20, 16]) + part)
+    data, is_key = payload.finish()
+    assert is_key
+    seen, wanted = (next(opened(io.BytesIO(one), format="mjpeg").decode(video=0)) for one in (data, file))
+    np.testing.assert_array_equal(seen.to_ndarray(format="bgr24"), wanted.to_ndarray(format="bgr24"))
+
+
+@pytest.mark.parametrize("coding", ["H264", "H265", "JPEG"])
+def test_what_ffmpeg_sends_is_put_together_and_named(coding):
+    payload = payload_of(coding)
+    assert payload is not None
+    decoder: Any = av.CodecContext.create(payload.codec, "r")
+    seen, keys, names = [], [], set()
+    for number, parts in enumerate(datagrams([picture(number) for number in range(12)], coding, key_every=5)):
+        for data in parts:
+            packet = packet_in(data)
+            assert packet is not None
+            names.add(name_of(packet.payload_type, packet.payload))
+            payload.add(packet.payload)
+        data, is_key = payload.finish()
+        payload.begin()
+        keys += [number] if is_key else []
+        seen += decoder.decode(av.Packet(data))
+    seen += decoder.decode(None)
+    assert [number_of(frame.to_ndarray(format="gray")) for frame in seen] == list(range(12))
+    assert keys == (list(range(12)) if coding == "JPEG" else [0, 5, 10])
+    assert names - {None} == {coding}
+
+
+def test_codings_that_are_not_read_have_no_name():
+    assert payload_of("VP8") is None
+    assert name_of(96, b"") is None
+    assert name_of(96, b"\x50\1x") is None

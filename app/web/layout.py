@@ -11,6 +11,7 @@ from dockpose.app.web.panels.detect import DetectPanel, PosePanel
 from dockpose.app.web.panels.experiment import ExperimentPanel
 from dockpose.app.web.panels.export import ExportPanel
 from dockpose.app.web.panels.picture import StripPanel, ViewpointPanel, status_html, table_html
+from dockpose.app.web.panels.pilot import PilotPanel
 from dockpose.app.web.panels.play import SequencePanel
 from dockpose.app.web.panels.settings import SettingsPanel
 from dockpose.app.web.panels.source import SimulatorPanel, SourcePanel
@@ -25,12 +26,12 @@ TABS: dict[str, tuple[type[Panel], ...]] = {
     "Tank": (TanksPanel, CameraPanel, CalibrationPanel, BudgetPanel),
     "Detect": (DetectPanel, PosePanel),
     "Simulate": (SimulatorPanel,),
-    "Play": (SequencePanel,),
+    "Play": (SequencePanel, PilotPanel),
     "Log": (ExperimentPanel,),
     "Export": (ExportPanel,),
 }
 # Which panels show a result before its data are sent, and after; the most urgent first.
-FIRST = PicturePanel, SequencePanel, DetectPanel, PosePanel
+FIRST = PilotPanel, PicturePanel, SequencePanel, DetectPanel, PosePanel
 LATER = (
     *(SourcePanel, SimulatorPanel, *TABS["Tank"], SettingsPanel, ExperimentPanel, ExportPanel),
     *(ViewpointPanel, ChipsPanel, ComparePanel),

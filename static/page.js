@@ -77,12 +77,3 @@ document.addEventListener("beforeinput", (event) => {
   const text = event.data ?? event.dataTransfer?.getData("text/plain") ?? "";
   if (/[^\d.,+\-−\s]/.test(text) && isMeasured(event.target)) event.preventDefault();
 }, true);
-
-// Ctrl+Enter takes the frame from within any box, once viser has sent what was typed last.
-const SENT_MS = 150;
-document.addEventListener("keydown", (event) => {
-  if (event.key !== "Enter" || !(event.ctrlKey || event.metaKey)) return;
-  event.preventDefault();
-  const take = new KeyboardEvent("keydown", { key: "t", code: "KeyT", bubbles: true });
-  if (!event.repeat) setTimeout(() => document.body.dispatchEvent(take), SENT_MS);
-}, true);

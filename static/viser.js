@@ -49,7 +49,7 @@ const viserPage = {
     while (row !== null && row.querySelector("label") === null) row = row.parentElement;
     return row?.querySelector("label").textContent.trim() ?? "";
   },
-  boxOf: (id) => document.querySelector(`label[for="${id}"]`)?.closest(".mantine-Flex-root")?.querySelector("input"),
+  boxOf: (id) => document.querySelector(`label[for="${id}"]`)?.closest(".mantine-Flex-root")?.querySelector("input, textarea"),
   type(box, text) {
     const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set; // React keeps its own
     set.call(box, text);

@@ -79,7 +79,8 @@ class Layout:
             app.live.place("status", status_html)
             self._made[ChipsPanel] = ChipsPanel(app)
             wished: Acts = {
-                wish_to("take"): lambda wish, client: self.of(ExperimentPanel).take(client),
+                wish_to("take", boxes=dict[str, str]): lambda wish, client: self.of(ExperimentPanel).wish(wish, client),
+                wish_to("typed", boxes=dict[str, str]): lambda wish, client: self.of(ExperimentPanel).typed(wish.boxes),
                 wish_to("zip"): lambda wish, client: self.of(ExportPanel).save_all(client),
                 wish_to("compare"): lambda wish, client: self.of(ComparePanel).compare(),
                 wish_to("use", method=str): lambda wish, client: self.of(ComparePanel).use(wish.method, client),

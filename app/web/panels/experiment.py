@@ -1,9 +1,16 @@
 """The tab Log: a session on the disk, to which frames are added with what was measured."""
 
+import contextlib
+import json
 import threading
+from collections import deque
+from collections.abc import Mapping
 from functools import partial
 from html import escape
+from types import MappingProxyType
+from typing import Any
 
+from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, Session
 from dockpose.app.experiment.session import SessionFolder
 from dockpose.app.export.bundle import bundle_name, session_files, to_zip
@@ -16,6 +23,7 @@ from dockpose.app.state.view import MeasuredPose
 from dockpose.app.web.charts import ErrorCharts
 from dockpose.app.web.html import small
 from dockpose.app.web.panels import experiment_rows as log_rows
+from dockpose.app.web.server.viser_private import identity
 from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel, on_person
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
@@ -37,6 +45,7 @@ class ExperimentPanel(Panel):
         self._known_pose: MeasuredPose | None = None
         self._page_number, self._said = 1, ""
         self.take = self.trying(self._take)
+        self._heard = deque[int](maxlen=8)  # numbers of wishes to take
         self._add_session()
         self._add_fields()
         self._add_rows()
@@ -52,7 +61,27 @@ class ExperimentPanel(Panel):
             self._next_texts = log_rows.after_change(self._next_texts, self._known_pose, known)
             self._known_pose = known
 
+    def wish(self, wish: Any, client: Client) -> None:
+        """Take a frame with what a browser's boxes say, and tell it that it was heard."""
+        self._heard.append(wish.number)
+        self.app.live.put(taken=[*self._heard])
+        self.app.live.send()
+        self.app.attempt(lambda: self._take(client, wish.boxes), client)
+
+    def typed(self, boxes: log_rows.Texts) -> None:
+        """Take over what was typed in a browser, unless its boxes belong to another row by now."""
+        with self._lock, contextlib.suppress(UserError):
+            self._take_over(boxes)
+
+    def _take_over(self, boxes: Mapping[str, str]) -> None:
+        """Set the boxes to what a browser shows in its own, of which not everything may have come."""
+        there, here = boxes.get("target"), target_name(self._chosen_row)
+        if boxes and there != here:
+            raise UserError(f"The boxes are those of {there} in this browser, and of {here} in the program; try again.")
+        self._fields.texts |= {name: boxes[name] for name in log_rows.BLANK if name in boxes}
+
     def _add_session(self) -> None:
+        self.gui.add_html('<dockpose-name-next name="take-frame"></dockpose-name-next>')
         self.add("button", "take", self.take)
         self._words = self.gui.add_html("")
         names = NO_SESSION, *self._sessions.names()
@@ -66,6 +95,8 @@ class ExperimentPanel(Panel):
             choose = self.trying(self._choose_row)
             self._target = self.add("dropdown", "target", choose, options=(target_name(None),))
             self._fields = log_rows.MeasuredFields(self.gui)
+            ids = json.dumps({"target": identity(self._target), **self._fields.ids})
+            self.gui.add_html(f'<dockpose-measured boxes="{escape(ids)}"></dockpose-measured>')
             self._save_row = self.add("button", "save_row", self.trying(self._save_chosen))
             self._keep = self.add("checkbox", "keep")
 
@@ -127,8 +158,9 @@ class ExperimentPanel(Panel):
         self._session, self._page_number = session, 1
         self._show_session(said)
 
-    def _take(self, client: Client) -> None:
+    def _take(self, client: Client, boxes: Mapping[str, str] = MappingProxyType({})) -> None:
         with self._lock:
+            self._take_over(boxes)
             analysis, texts = self.analysis, self._next_texts
             if analysis is None:
                 return

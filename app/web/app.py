@@ -16,7 +16,7 @@ from dockpose.app.processing.background import LatestWorker
 from dockpose.app.state.camera import kept
 from dockpose.app.state.preferences import Memory, with_last_settings
 from dockpose.app.state.tank import Tanks
-from dockpose.app.state.undo import History
+from dockpose.app.state.undo import History, difference_words
 from dockpose.app.state.view import View, open_source
 from dockpose.app.web.layout import Layout
 from dockpose.app.web.live import LivePage
@@ -165,6 +165,19 @@ class App(contextlib.AbstractContextManager["App"]):
         if before.list_name == "sequence" != after.list_name:
             self.sequence.close()
         self._tell_notes(before, after, client)
+
+    def go_back(self, step: Callable[[View], View], title: str, client: viser.ClientHandle) -> None:
+        """Undo or redo, and say what that changed."""
+        told: list[str] = []
+
+        def stepped(view: View) -> View:
+            after = step(view)
+            told.append(difference_words(view, after) or "There is nothing more.")
+            return after
+
+        self.change(stepped, client, reload=True)
+        for sentence in told:
+            self.notify(title, sentence, "green", client)
 
     def _load(self, view: View) -> None:
         for panel in self._panels:

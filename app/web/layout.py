@@ -59,8 +59,8 @@ class Layout:
                 self._made |= {kind: kind(app) for kind in kinds}
                 gui.add_html(help_link(title.lower()), order=1e9)
         acts: dict[str, Act] = {
-            "undo": lambda client: app.change(app.history.undo, client, reload=True),
-            "redo": lambda client: app.change(app.history.redo, client, reload=True),
+            "undo": lambda client: app.go_back(app.history.undo, "Undone", client),
+            "redo": lambda client: app.go_back(app.history.redo, "Done again", client),
             "next": lambda client: self.of(SourcePanel).turn(1, client),
             "previous": lambda client: self.of(SourcePanel).turn(-1, client),
             "play": lambda client: app.sequence.toggle(),

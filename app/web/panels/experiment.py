@@ -40,6 +40,7 @@ class ExperimentPanel(Panel):
         self._sessions = SessionFolder(app.options.sessions)
         self._lock = threading.RLock()
         self._session: Session | None = None
+        self._has_begun = False  # whether a session was begun or chosen since the start
         self._chosen_row: int | None = None  # whose boxes are shown; None for the next frame's
         self._drafts: dict[int | None, log_rows.Texts] = {}
         self._known_pose: MeasuredPose | None = None
@@ -140,8 +141,20 @@ class ExperimentPanel(Panel):
                 self._choice.value = NO_SESSION if self._session is None else self._session.record.name
                 raise
             self._replace(session, "" if session is None else "Reopened.")
+        self._tell_notices(session, client)
+
+    def _tell_notices(self, session: Session | None, client: Client) -> None:
         for sentence in () if session is None else session.notices:
             self.app.notify("About the session", sentence, "yellow", client)
+
+    def _go_on(self, client: Client) -> Session:
+        """The session for the first frame since the start: the last one of today, or a new one where there is none."""
+        session = None if self._has_begun or str(self._name.value).strip() else self._sessions.last_of_today()
+        if session is None:
+            return self._start_new(client)
+        self._replace(session, f"Going on with {session.record.name}.")
+        self._tell_notices(session, client)
+        return session
 
     def _start_new(self, client: Client) -> Session:
         with self._lock:
@@ -155,7 +168,7 @@ class ExperimentPanel(Panel):
             self._session.close()
         self._show_row(None)
         self._drafts.clear()
-        self._session, self._page_number = session, 1
+        self._session, self._page_number, self._has_begun = session, 1, True
         self._show_session(said)
 
     def _take(self, client: Client, boxes: Mapping[str, str] = MappingProxyType({})) -> None:
@@ -165,7 +178,7 @@ class ExperimentPanel(Panel):
             if analysis is None:
                 return
             values = log_rows.values_of(texts)
-            session = self._session or self._start_new(client)  # the first row starts one
+            session = self._session or self._go_on(client)
         view = analysis.view
         row = session.take(view.image, analysis.estimate, view.source, view.sha256, **values)
         said = log_rows.taken_words(row)

@@ -69,6 +69,12 @@ document.addEventListener("click", (event) => {
   take();
 }, true);
 
+// A picture of the board, which is dropped by a click, and taken back by another.
+document.addEventListener("click", (event) => {
+  const board = event.target.closest?.("[data-board]");
+  if (board) wish({ do: "board", name: board.dataset.board });
+});
+
 class Jobs extends HTMLElement {
   connectedCallback() {
     channel = this.getAttribute("channel");

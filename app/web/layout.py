@@ -81,6 +81,7 @@ class Layout:
             wished: Acts = {
                 wish_to("take", boxes=dict[str, str]): lambda wish, client: self.of(ExperimentPanel).wish(wish, client),
                 wish_to("typed", boxes=dict[str, str]): lambda wish, client: self.of(ExperimentPanel).typed(wish.boxes),
+                wish_to("board", name=str): lambda wish, client: self.of(CalibrationPanel).toggle(wish.name, client),
                 wish_to("zip"): lambda wish, client: self.of(ExportPanel).save_all(client),
                 wish_to("compare"): lambda wish, client: self.of(ComparePanel).compare(),
                 wish_to("use", method=str): lambda wish, client: self.of(ComparePanel).use(wish.method, client),

@@ -1,4 +1,4 @@
-"""A page that is open while the program is stopped for seconds to minutes is back by itself, within 5 s of the program."""
+"""A page that is open while the program is stopped for seconds to minutes is back within 5 s of the program."""
 
 import time
 

@@ -216,9 +216,7 @@ def test_track_that_decides_is_shown_as_chosen_and_told(follower, view):
 
 
 def test_frames_in_doubt_tell_their_probability_and_not_that_of_the_last_picture(follower, view):
-    for number in range(3):
-        _, analysis = read(follower, view, number)
-    tracked = analysis.tracked_frame.tracked
+    tracked = [read(follower, view, number)[1].tracked_frame.tracked for number in range(3)][-1]
     assert tracked.selected_by != "tracking"
     doubted = replace(tracked, track=replace(tracked.track, probability=0.88))
     message = chosen_by_track(doubted).message

@@ -42,16 +42,23 @@ function take() {
   });
 }
 
-document.addEventListener("input", (event) => {
-  const found = [...boxes()].find(([, box]) => box === event.target);
-  if (found === undefined || found[0] === "target") return;
-  typed.add(found[0]).add("target");
+// Not of the box in which somebody still types: what is on the way would come after what is typed next.
+function settle() {
   clearTimeout(settling);
   settling = setTimeout(() => {
-    wish({ do: "typed", boxes: texts(typed) });
-    typed.clear();
+    const left = [...boxes()].filter(([name, box]) => typed.has(name) && box !== document.activeElement).map(([name]) => name);
+    if (left.length > 0) wish({ do: "typed", boxes: texts(new Set([...left, "target"])) });
+    for (const name of left) typed.delete(name);
   }, SETTLED_MS);
-}, true);
+}
+for (const kind of ["input", "focusout"]) {
+  document.addEventListener(kind, (event) => {
+    const found = [...boxes()].find(([, box]) => box === event.target);
+    if (found === undefined || found[0] === "target") return;
+    if (kind === "input") typed.add(found[0]);
+    settle();
+  }, true);
+}
 
 // T, from within any box Ctrl+Enter, and the button in the tab Log, each in place of what viser would do.
 document.addEventListener("keydown", (event) => {

@@ -80,7 +80,7 @@ class Layout:
             self._made[ChipsPanel] = ChipsPanel(app)
             wished: Acts = {
                 wish_to("take", boxes=dict[str, str]): lambda wish, client: self.of(ExperimentPanel).wish(wish, client),
-                wish_to("typed", boxes=dict[str, str]): lambda wish, client: self.of(ExperimentPanel).typed(wish.boxes),
+                wish_to("typed", boxes=dict[str, str]): lambda wish, client: self.of(ExperimentPanel).typed(wish),
                 wish_to("board", name=str): lambda wish, client: self.of(CalibrationPanel).toggle(wish.name, client),
                 wish_to("zip"): lambda wish, client: self.of(ExportPanel).save_all(client),
                 wish_to("compare"): lambda wish, client: self.of(ComparePanel).compare(),

@@ -2,7 +2,6 @@
 
 import itertools
 
-import pytest
 from dockpose.app.experiment.record import MEASURED_COLUMNS
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
@@ -29,4 +28,4 @@ def test_rows_typed_fast_are_logged_as_they_stood_in_the_boxes(browser, tmp_path
         rows = [[row[column] for column in MEASURED_COLUMNS] for row in rows_on_disk(tmp_path / "gauge")]
         same = sum(row == values for row, values in zip(rows, typed, strict=True))
         print(f"{same} of {ROWS} rows as they stood in the boxes")
-        assert rows == pytest.approx(typed)
+        assert rows == typed

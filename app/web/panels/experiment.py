@@ -69,10 +69,11 @@ class ExperimentPanel(Panel):
         self.app.live.send()
         self.app.attempt(lambda: self._take(client, wish.boxes), client)
 
-    def typed(self, boxes: log_rows.Texts) -> None:
+    def typed(self, wish: Any) -> None:
         """Take over what was typed in a browser, unless its boxes belong to another row by now."""
         with self._lock, contextlib.suppress(UserError):
-            self._take_over(boxes)
+            if wish.number > max(self._heard, default=0):  # else a frame was taken with it
+                self._take_over(wish.boxes)
 
     def _take_over(self, boxes: Mapping[str, str]) -> None:
         """Set the boxes to what a browser shows in its own, of which not everything may have come."""

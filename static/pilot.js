@@ -18,8 +18,10 @@ async function ask() {
   let wait = ASK_EVERY_MS;
   try {
     const answer = await fetch("/pilot.json", { cache: "no-store", signal: AbortSignal.timeout(PATIENCE_MS) });
-    if (answer.ok) [now, cameAtMs, fault] = [await answer.json(), performance.now(), ""];
-    else fault = "dockpose was started anew: open the address that it printed";
+    if (answer.ok) {
+      const told = await answer.json();
+      [now, cameAtMs, fault] = [told?.trust ? told : null, performance.now(), ""]; // there may be no picture yet
+    } else fault = "dockpose was started anew: open the address that it printed";
   } catch {
     [fault, wait] = ["No connection to dockpose", AGAIN_MS];
   }

@@ -32,7 +32,7 @@ from dockpose.sources import VIDEO_ENDINGS, Video
 
 _BY_HAND = "you dropped it"
 _MOST = 200  # pictures, after which the oldest that were left out are forgotten
-_UPLOADS = ".png,.jpg,.jpeg,.tif,.tiff,.bmp,.webp," + ",".join(VIDEO_ENDINGS)
+_PICTURES = ".png,.jpg,.jpeg,.tif,.tiff,.bmp,.webp,"
 WIDTH_PX, _CARD_PX = 340, 150
 _SEEN_BGR = bgr(BLUE)
 _CELL = "width: 2.2em; height: 1.6em; text-align: center; border: 1px solid rgba(128,128,128,0.5)"
@@ -66,8 +66,8 @@ class CalibrationPanel(Panel):
             self._add_controls()
             busy = "Another piece of work is running; wait, or stop it."
             self._work = BackgroundWork(app, "Do not go on with it.", busy)
-        self.add_upload(area, "add", self._take, _UPLOADS)
-        self.add_upload(area, "add_folder", self._take, f"{_UPLOADS},.folder")
+        self.add_upload(area, "add", self._take, _PICTURES + ",".join(VIDEO_ENDINGS))
+        self.add_upload(area, "add_folder", self._take, f"{_PICTURES}.folder")
 
     def show(self, analysis: Analysis) -> None:
         """Keep what is shown, and look for the board in it while watching."""
@@ -116,6 +116,8 @@ class CalibrationPanel(Panel):
         grey = to_levels(to_grey(image))[0]
         with self._lock:
             gathering = self._ready()
+            if name in gathering.views:  # of another folder, or the same once more
+                name = f"{name} ({next(self._count)})"
             found = gathering.add(name, grey, thorough=thorough)
             dropped = gathering.views[name].dropped
             if dropped and not thorough:
@@ -134,7 +136,7 @@ class CalibrationPanel(Panel):
         jpeg = cv2.imencode(".jpg", cv2.cvtColor(drawn, cv2.COLOR_RGB2BGR))[1].tobytes()
         if name not in self._cards:
             with self._area:
-                self._cards[name] = self.gui.add_html("", order=9 + 1e-4 * next(self._count)), ""
+                self._cards[name] = self.gui.add_html("", order=9 + 1e-6 * next(self._count)), ""
         self._cards[name] = self._cards[name][0], base64.b64encode(jpeg).decode()
 
     def _show_gathered(self) -> None:

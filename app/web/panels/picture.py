@@ -105,7 +105,7 @@ class StripPanel(Panel):
 
     def __init__(self, app: App) -> None:
         super().__init__(app)
-        self._browsers, self._newest = 1, None
+        self._browsers, self._newest, self._stale_s = 1, None, 0
         app.live.place("strip", self._html)
 
     def count_browsers(self, browsers: int) -> None:
@@ -121,12 +121,16 @@ class StripPanel(Panel):
         """Say in place of the trust that no picture came for so long, and grey out the rest, until the next one."""
         live = self.app.live
         with live.held:
+            self._stale_s = seconds
             if self._newest is not None:
-                live.put_html("strip", self._html(self._newest, seconds))
+                live.put_html("strip", self._html(self._newest))
                 live.send()
 
-    def _html(self, analysis: Analysis, stale_s: int = 0) -> str:
-        self._newest: Analysis | None = analysis
+    def _html(self, analysis: Analysis) -> str:
         view = analysis.view
+        if self._newest is not None and view.image is not self._newest.view.image:
+            self._stale_s = 0
+        self._newest: Analysis | None = analysis
         origin = origin_html(view, self.app.tanks.is_saved(view.tank), self._browsers)
-        return f'<div id="strip"{" data-stale" if stale_s else ""}>{place_html(analysis, stale_s)}{origin}</div>'
+        state = " data-stale" if self._stale_s else ""
+        return f'<div id="strip"{state}>{place_html(analysis, self._stale_s)}{origin}</div>'

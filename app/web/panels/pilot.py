@@ -29,7 +29,7 @@ class PilotPanel(Panel):
         self.gui.add_html(small(_LINK))
 
     def watch(self, say_stale: Callable[[int], object]) -> None:
-        """From now on call ``say_stale`` each second with how long a live source has given no new picture."""
+        """From now on call ``say_stale`` with the seconds for which a live source gives no new picture, and 0 again."""
         ended = threading.Event()
         self.app.closing.callback(ended.set)
         threading.Thread(target=self._watch, args=(say_stale, ended), name="dockpose age", daemon=True).start()
@@ -59,7 +59,7 @@ class PilotPanel(Panel):
             with self.app.live.held:  # or a picture that comes just now would be greyed out
                 age_s = self._age_s if self._numbers and self._is_live else 0.0
                 old, told = told, int(age_s) if age_s > STALE_S else 0
-                if told and told != old:
+                if told != old:
                     say_stale(told)
 
 

@@ -1,6 +1,7 @@
 """What the pilot view is told, by poses whose way to the dock is known by hand, and the age of the newest picture."""
 
 import json
+from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -9,7 +10,7 @@ import pytest
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_method
 from dockpose.app.web.panels import pilot
-from dockpose.app.web.panels.picture import place_html
+from dockpose.app.web.panels.picture import StripPanel, place_html
 from dockpose.app.web.panels.pilot import corridor, pilot_numbers
 from dockpose.pose.circle import CirclePose
 
@@ -85,3 +86,19 @@ def test_the_strip_says_its_age_in_place_of_green(analysis):
     assert "No new picture for 6 s" in html
     assert "Dock found" not in html
     assert "Dock found" in place_html(analysis)
+
+
+def test_the_strip_stays_grey_with_the_same_picture_and_is_green_with_the_next(analysis):
+    sent = []
+    live = SimpleNamespace(held=nullcontext(), put_html=lambda name, html: sent.append(html), send=lambda: None)
+    strip = object.__new__(StripPanel)
+    strip.app = SimpleNamespace(live=live, tanks=SimpleNamespace(is_saved=lambda tank: True))  # pyright: ignore
+    strip._browsers, strip._newest, strip._stale_s = 1, None, 0
+    assert "data-stale" not in strip._html(analysis)
+    strip.say_stale(3)
+    assert "No new picture for 3 s" in sent[-1]
+    assert "No new picture for 3 s" in strip._html(replace(analysis))  # as when a slider moves
+    strip.say_stale(0)  # the source was closed
+    assert "Dock found" in sent[-1]
+    strip.say_stale(4)
+    assert "Dock found" in strip._html(analyse(replace(analysis.view, image=analysis.view.image.copy())))

@@ -92,7 +92,7 @@ function drawCorridor(box, words, offset, headingDeg) {
       svg("path", { class: "axis", d: `M${x(0)} ${middle}H${x(length)}`, "stroke-dasharray": "6 6" }),
       svg("path", { class: "dock", d: `M${x(0)} ${middle - 2 * near}V${middle - near}M${x(0)} ${middle + near}V${middle + 2 * near}` }),
     );
-    const clipped = Math.min(Math.max(y(offset), 8), high - 8);
+    const clipped = Math.min(Math.max(y(offset), 15), high - 15);
     const turn = `translate(${x(ahead)} ${clipped}) rotate(${headingDeg})`;
     parts.push(svg("path", { class: "vehicle", d: "M14 0L-10 9V-9Z", transform: turn }), svg("text", { x: 4, y: high - 6 }, `${length.toFixed(1)} m`));
   }

@@ -182,12 +182,20 @@ class CalibrationPanel(Panel):
         with self._lock:
             gathering = self._ready()
             copy = replace(gathering, sightings=list(gathering.sightings), views=dict(gathering.views))
-        self._done = done = calibrate_gathered(copy)
+            dropped = set(self._dropped)
+        done = calibrate_gathered(copy)
         lines = camera_lines(done, str(self._medium.value), is_on_page=True)
-        self._result.content = "".join([small(escape(line), 'class="calibration-line"') for line in lines])
         with self._lock:
-            self._show_cards(done.views)
-        self._use.visible = self._save.visible = True
+            if gathering is not self._gathering:  # it was begun anew
+                return
+            is_of_these = dropped == set(self._dropped)
+            if is_of_these:
+                self._done = done
+                self._result.content = "".join([small(escape(line), 'class="calibration-line"') for line in lines])
+                self._show_cards(done.views)
+                self._use.visible = self._save.visible = True
+        if not is_of_these:  # a click dropped one meanwhile
+            self._fit(progress)
 
     def toggle(self, name: str, client: Client) -> None:
         """Leave out a picture that counted, or take it back; where a camera was worked out, that is done again."""

@@ -92,15 +92,8 @@ def corridor(pose: CirclePose, radius_m: float) -> dict[str, float | bool]:
     """Where the camera is before the dock's face and where it heads, by the dock's axes without roll; the way in."""
     rotation = rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad)
     right, down, ahead = (-rotation.T @ pose.position_m).tolist()
-    heading = rotation[2]  # the camera's axis
+    x, y, z = rotation[2]  # the camera's axis
+    heading = {"headingRightDeg": math.degrees(math.atan2(x, z)), "headingDownDeg": math.degrees(math.atan2(y, z))}
     entrance = _ENTRANCE_SHARE * radius_m
-    return {
-        "ahead": -ahead,
-        "right": right,
-        "down": down,
-        "headingRightDeg": math.degrees(math.atan2(heading[0], heading[2])),
-        "headingDownDeg": math.degrees(math.atan2(heading[1], heading[2])),
-        "entrance": entrance,
-        "opening": _OPENING,
-        "isInside": math.hypot(right, down) <= entrance - _OPENING * ahead,
-    }
+    way = {"entrance": entrance, "opening": _OPENING, "ahead": -ahead, "right": right, "down": down}
+    return way | heading | {"isInside": math.hypot(right, down) <= entrance - _OPENING * ahead}

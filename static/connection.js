@@ -2,7 +2,7 @@
 // and tells who may only look that they may.
 "use strict";
 
-const ASK_EVERY_MS = 2000, PATIENCE_MS = 10000;
+const ASK_EVERY_MS = 2000, ASK_WHILE_OUT_MS = 500, PATIENCE_MS = 10000;
 const TABS = "dockpose tabs";
 
 // A line over the whole page, for what must be read before anything else is believed.
@@ -33,16 +33,17 @@ async function ask() {
     const answer = await fetch("/alive", { cache: "no-store", signal: AbortSignal.timeout(PATIENCE_MS) });
     if (answer.status === 403) showBanner("dockpose was started anew. Open the address that it printed in the terminal.");
     else if (wasOut) {
-      clearInterval(asking);  // a second reload would begin the first anew, where the program answers slowly
       location.reload();
+      return; // a second reload would begin the first anew, where the program answers slowly
     } else showBanner("");
   } catch {
     wasOut = true;
     showBanner(`dockpose has stopped; what is shown here is old.\n`
       + `Start it again in the terminal: ${startAgain()}. This page then reconnects by itself.`);
   }
+  setTimeout(ask, wasOut ? ASK_WHILE_OUT_MS : ASK_EVERY_MS);
 }
-const asking = setInterval(ask, ASK_EVERY_MS);
+setTimeout(ask, ASK_EVERY_MS);
 
 // Tabs that were open are opened again after a reload; viser itself always starts with the first.
 function openTabs() {

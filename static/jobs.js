@@ -1,6 +1,6 @@
 // The bar of main jobs, and the channel by which it and the other elements of the modes tell what is wished.
 "use strict";
-import { hideBoxBefore, make, sendTo } from "./link.js";
+import { follow, hideBoxBefore, make, newNumber, sendTo } from "./link.js";
 
 let channel = null; // id of the hidden text box that the program reads
 
@@ -9,13 +9,86 @@ export function wish(what, tries = 50) {
   if (!sendTo(channel, what) && tries > 0) setTimeout(() => wish(what, tries - 1), 100);
 }
 
+// viser sends what is set last within 50 ms, so that of what is typed fast, as by a gauge, whole boxes may be lost, and a
+// wish as well. So Take sends the boxes' own text, until the program has heard of it, and so does a pause in typing.
+const [SETTLED_MS, AGAIN_MS, MOST_TRIES] = [200, 250, 40];
+const typed = new Set(); // names of boxes
+let settling = 0;
+
+// The boxes of the tab Log by their names, while it is open.
+function boxes() {
+  const ids = JSON.parse(document.querySelector("dockpose-measured")?.getAttribute("boxes") ?? "{}");
+  return new Map(Object.entries(ids).map(([name, id]) => [name, viserPage.boxOf(id)]).filter(([, box]) => box));
+}
+
+function texts(names) {
+  return Object.fromEntries([...boxes()].filter(([name]) => names === null || names.has(name)).map(([name, box]) => [name, box.value]));
+}
+
+function take() {
+  clearTimeout(settling);
+  typed.clear();
+  const what = { do: "take", boxes: texts(null), number: newNumber() };
+  let [tries, timer] = [0, 0];
+  const send = () => {
+    wish(what);
+    if ((tries += 1) < MOST_TRIES) timer = setTimeout(send, AGAIN_MS);
+  };
+  send();
+  const end = follow("page", ({ taken = [] }) => {
+    if (!taken.includes(what.number)) return;
+    clearTimeout(timer);
+    end();
+  });
+}
+
+// Not of the box in which somebody still types: what is on the way would come after what is typed next.
+function settle() {
+  clearTimeout(settling);
+  settling = setTimeout(() => {
+    const left = [...boxes()].filter(([name, box]) => typed.has(name) && box !== document.activeElement).map(([name]) => name);
+    if (left.length > 0) wish({ do: "typed", boxes: texts(new Set([...left, "target"])) });
+    for (const name of left) typed.delete(name);
+  }, SETTLED_MS);
+}
+for (const kind of ["input", "focusout"]) {
+  document.addEventListener(kind, (event) => {
+    const found = [...boxes()].find(([, box]) => box === event.target);
+    if (found === undefined || found[0] === "target") return;
+    if (kind === "input") typed.add(found[0]);
+    settle();
+  }, true);
+}
+
+// T, from within any box Ctrl+Enter, and the button in the tab Log, each in place of what viser would do.
+document.addEventListener("keydown", (event) => {
+  const isHeld = event.ctrlKey || event.metaKey;
+  const isTyping = event.target.closest?.("input, textarea, select, [contenteditable]");
+  const isKey = event.key.toLowerCase() === "t" && !isHeld && !event.altKey && !isTyping && !viserPage.hasDialog();
+  if (!isKey && !(event.key === "Enter" && isHeld)) return;
+  event.preventDefault();
+  event.stopImmediatePropagation();
+  if (!event.repeat) take();
+}, true);
+document.addEventListener("click", (event) => {
+  if (!event.target.closest?.(".take-frame button")) return;
+  event.stopImmediatePropagation();
+  take();
+}, true);
+
+// A picture of the board, which is dropped by a click, and taken back by another.
+document.addEventListener("click", (event) => {
+  const board = event.target.closest?.("[data-board]");
+  if (board) wish({ do: "board", name: board.dataset.board });
+});
+
 class Jobs extends HTMLElement {
   connectedCallback() {
     channel = this.getAttribute("channel");
     hideBoxBefore(this);
     if (this.children.length > 0) return;
     this.append(
-      this.button("Take (T)", "Log this frame: a row of the session, on the disk at once. Key: T.", () => wish({ do: "take" })),
+      this.button("Take (T)", "Log this frame: a row of the session, on the disk at once. Key: T.", take),
       this.button("Play", "Open a video or a simulated course, and play it.", () => this.openPlay()),
       this.button("Everything as ZIP", "Save all that is known of this frame as one ZIP file.", () => wish({ do: "zip" })),
     );

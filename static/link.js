@@ -54,8 +54,12 @@ export function send(wish) {
 export function sendTo(id, wish) {
   const box = viserPage.boxOf(id);
   if (!box) return false;
-  viserPage.type(box, JSON.stringify({ ...wish, number: Math.round(performance.timeOrigin + 1000 * performance.now()) }));
+  viserPage.type(box, JSON.stringify({ number: newNumber(), ...wish }));
   return true;
+}
+
+export function newNumber() {
+  return Math.round(performance.timeOrigin + 1000 * performance.now());
 }
 
 // Make an element with attributes and children; makeSvg makes one of SVG.

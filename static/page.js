@@ -6,22 +6,24 @@ if (location.search.includes("token=")) {
   history.replaceState(null, "", location.pathname + (document.documentElement.dataset.role === "view" ? "?view" : ""));
 }
 
-// The upload button for a file; what is in a closed tab is not on the page at all, so its tab is opened first.
-async function buttonFor(file) {
+// The upload button for a file, where a first one was chosen the same as that; what is in a closed tab is not on the page
+// at all, so its tab is opened first.
+async function buttonFor(file, chosen) {
   const isVideo = file.type.startsWith("video/") || /\.(mp4|m4v|mov|avi|mkv|webm|mpe?g|ts|wmv|mjpe?g|mcap|bag|db3)$/i.test(file.name);
   for (let waited = 0; waited < 40; waited += 1) {
-    const input = viserPage.uploadInput(isVideo);
+    const isForBoards = chosen !== null && viserPage.isForBoards(chosen);
+    const input = isForBoards ? viserPage.inputLike(chosen) : viserPage.uploadInput(isVideo);
     if (input !== null) return input;
-    if (waited === 0) viserPage.openTab(viserPage.tabOf("Pictures"));
+    if (waited === 0) viserPage.openTab(viserPage.tabOf(isForBoards ? "Tank" : "Pictures"));
     await new Promise((next) => setTimeout(next, 50));
   }
   return null;
 }
 
 // Hand the files to the upload button one after the other: it takes one at a time.
-async function sendAll(files) {
+async function sendAll(files, chosen = null) {
   for (const file of files) {
-    const input = await buttonFor(file);
+    const input = await buttonFor(file, chosen);
     if (input === null) return;
     const one = new DataTransfer();
     one.items.add(file);
@@ -39,18 +41,22 @@ async function ready(input) {
   }
 }
 
-// Choosing several in the button's own dialogue: viser would take the first only.
+// Choosing several, or a folder, in the button's own dialogue: viser would take the first only.
 document.addEventListener("click", (event) => {
-  if (viserPage.takesPictures(event.target)) event.target.multiple = true;
+  if (!viserPage.takesMany(event.target)) return;
+  event.target.multiple = true;
+  event.target.webkitdirectory = event.target.accept.endsWith(".folder");
 }, true);
 document.addEventListener("change", (event) => {
-  if (!viserPage.takesPictures(event.target)) return;
+  if (!viserPage.takesMany(event.target)) return;
   if (event.target.dataset.single) {
     delete event.target.dataset.single;
     return;
   }
   event.stopImmediatePropagation();
-  sendAll([...event.target.files]);
+  const { accept, files, webkitdirectory } = event.target;
+  const isTaken = ({ name }) => !webkitdirectory || accept.split(",").some((ending) => name.toLowerCase().endsWith(ending));
+  sendAll([...files].filter(isTaken), event.target);
 }, true);
 
 // Files dropped anywhere; without this the browser would leave the page to show them.
@@ -76,13 +82,4 @@ function isMeasured(input) {
 document.addEventListener("beforeinput", (event) => {
   const text = event.data ?? event.dataTransfer?.getData("text/plain") ?? "";
   if (/[^\d.,+\-−\s]/.test(text) && isMeasured(event.target)) event.preventDefault();
-}, true);
-
-// Ctrl+Enter takes the frame from within any box, once viser has sent what was typed last.
-const SENT_MS = 150;
-document.addEventListener("keydown", (event) => {
-  if (event.key !== "Enter" || !(event.ctrlKey || event.metaKey)) return;
-  event.preventDefault();
-  const take = new KeyboardEvent("keydown", { key: "t", code: "KeyT", bubbles: true });
-  if (!event.repeat) setTimeout(() => document.body.dispatchEvent(take), SENT_MS);
 }, true);

@@ -19,6 +19,7 @@ const TAB = "[role=tab]";
 const GROUP_NAME = ".mantine-Paper-root > .mantine-Paper-root:has(> .tabler-icon)";
 const PICTURE_UPLOAD = "input[type=file][accept='image/*']";
 const VIDEO_UPLOAD = "input[type=file][accept^='video/*']";
+const BOARD_UPLOAD = "input[type=file][accept^='.png']"; // of pictures to calibrate with
 
 const viserPage = {
   // Tabs. viser opens one when it is pressed, and drags it where the pointer moves; a plain click does nothing.
@@ -40,7 +41,9 @@ const viserPage = {
 
   // Upload buttons, which are disabled while they upload; none is on the page while its tab is closed.
   uploadInput: (isVideo) => document.querySelector(isVideo ? VIDEO_UPLOAD : PICTURE_UPLOAD),
-  takesPictures: (element) => Boolean(element.matches?.(PICTURE_UPLOAD)),
+  takesMany: (element) => Boolean(element.matches?.(`${PICTURE_UPLOAD}, ${BOARD_UPLOAD}`)),
+  isForBoards: (element) => Boolean(element.matches?.(BOARD_UPLOAD)),
+  inputLike: (input) => document.querySelector(`input[type=file][accept="${CSS.escape(input.accept)}"]`),
   isUploading: (input) => document.getElementById(input.id.replace("file_upload_", ""))?.disabled ?? false,
 
   // Text boxes: the words beside one, the one of an id, and how to type into it.
@@ -49,7 +52,7 @@ const viserPage = {
     while (row !== null && row.querySelector("label") === null) row = row.parentElement;
     return row?.querySelector("label").textContent.trim() ?? "";
   },
-  boxOf: (id) => document.querySelector(`label[for="${id}"]`)?.closest(".mantine-Flex-root")?.querySelector("input"),
+  boxOf: (id) => document.querySelector(`label[for="${id}"]`)?.closest(".mantine-Flex-root")?.querySelector("input, textarea"),
   type(box, text) {
     const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set; // React keeps its own
     set.call(box, text);

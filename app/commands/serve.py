@@ -51,7 +51,9 @@ def _addresses(app: "App", host: str, options: Options) -> Iterator[str]:
     for address in elsewhere:
         yield f"from another machine: {address}"
     if options.view_link:
-        yield f"for viewers, who can change nothing: {' or '.join(app.addresses(for_viewers=True))}"
+        viewing = " or ".join(app.addresses(for_viewers=True))
+        yield f"for viewers, who can change nothing: {viewing}"
+        yield f"large figures for viewers, as the pilot: {viewing.replace('/?', '/pilot?')}"
     if host not in LOOPBACK_NAMES:
         yield _OPEN_WARNING.format(host=host)
 

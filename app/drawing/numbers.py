@@ -102,11 +102,17 @@ def length_words(length_m: float) -> str:
 
 
 def place_words(pose: CirclePose | KnownPose) -> str:
-    """Return where a dock is and its yaw and pitch: "1.10 m ahead, 6 cm right, 4 cm up; turned -12° / 6°"."""
+    """Return where a dock is and how it is turned: "1.10 m ahead, 6 cm right, 4 cm up; pitch 6°, yaw -12°"."""
+    ahead, across, along, pitch, yaw = place_parts(pose)
+    return f"{ahead}, {across}, {along}; {pitch}, {yaw}"
+
+
+def place_parts(pose: CirclePose | KnownPose) -> tuple[str, ...]:
+    """Return the five parts of :func:`place_words`."""
     x, y, z, pitch, yaw = pose_values(pose)
     across = f"{_short_length(x)} {'right' if x >= 0 else 'left'}"
     along = f"{_short_length(y)} {'down' if y >= 0 else 'up'}"
-    return f"{_short_length(z)} ahead, {across}, {along}; turned {number(yaw, 0)}° / {number(pitch, 0)}°"
+    return f"{_short_length(z)} ahead", across, along, f"pitch {number(pitch, 0)}°", f"yaw {number(yaw, 0)}°"
 
 
 def deviation_words(sigma_m: float | None) -> str:

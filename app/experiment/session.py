@@ -253,6 +253,15 @@ class SessionFolder:
         name = safe_name(text if text.strip() else f"{datetime.date.today():%Y-%m-%d}", taken=self._taken())
         return Session.create(self.root / name)
 
+    def last_of_today(self) -> Session | None:
+        """Reopen the session that was begun today and changed last; None where there is none, or another has it."""
+        today = f"{datetime.date.today():%Y-%m-%d}"
+        for name in self.names():
+            with contextlib.suppress(FileError):
+                if str(files.read_session(self.root / name).info.get("created", "")).startswith(today):
+                    return Session.open(self.root / name)
+        return None
+
     def take_up(self, name: str) -> Session:
         """Reopen a session."""
         if name not in self.names():

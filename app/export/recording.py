@@ -29,8 +29,9 @@ class Recording:
         with writing(path):
             path.touch(exist_ok=False)
         self.path, self._tell = path, tell
-        self.frames = self.missing = 0
+        self.missing = 0
         self._paths: list[Path] = []
+        self._parts: list[_Part] = []
         self._kind: tuple[Any, ...] | None = None
         self._part: _Part | None = None
         self._waiting: deque[tuple[_Part, Arrival]] = deque()
@@ -44,6 +45,11 @@ class Recording:
     def is_running(self) -> bool:
         """Whether frames are still taken; not once one could not be written."""
         return not (self._is_closed or self.has_failed)
+
+    @property
+    def frames(self) -> int:
+        """How many frames are written so far; those of a stream count from the first that can be decoded by itself."""
+        return sum(part.frames for part in self._parts)
 
     @property
     def size_bytes(self) -> int:
@@ -65,6 +71,7 @@ class Recording:
             if self._part is None or kind != self._kind:
                 try:
                     self._part, self._kind = self._new_part(arrival), kind
+                    self._parts.append(self._part)
                 except Exception as error:  # whatever is wrong with the file, the frames go on
                     self._fail(error)
                     return
@@ -101,7 +108,6 @@ class Recording:
                     part.close()
                 part = following
                 part.write(arrival)
-                self.frames += 1
             except Exception as error:
                 self._fail(error)
         if part is not None:
@@ -175,7 +181,7 @@ class _Pictures:
     """Frames as FFV1; the first few wait until the rate is known."""
 
     def __init__(self, path: Path) -> None:
-        self._path = path
+        self._path, self.frames = path, 0
         self._first: list[Arrival] = []
         self._video: VideoFile | None = None
         self._began_s = 0.0
@@ -183,6 +189,7 @@ class _Pictures:
     def write(self, arrival: Arrival) -> None:
         if self._video is not None:
             self._video.write(arrival.frame.image, (arrival.frame.time_s or 0.0) - self._began_s)
+            self.frames += 1
             return
         self._first.append(arrival)
         if len(self._first) >= _TIMED_FRAMES:
@@ -209,7 +216,7 @@ class _Packets:
     """Packets as they were sent, from the first one on that can be decoded by itself."""
 
     def __init__(self, path: Path, arrival: Arrival) -> None:
-        self._path = path
+        self._path, self.frames = path, 0
         frame, stream = arrival.frame, arrival.packets[0].stream
         self._unix_at_zero_s = None if frame.time_unix_s is None else frame.time_unix_s - (frame.time_s or 0.0)
         self._container, self._file = create_matroska(path)
@@ -263,6 +270,7 @@ class _Packets:
         with writing(self._path):
             try:
                 self._container.mux(packet)
+                self.frames += 1
             except FFmpegError as error:
                 raise UserError(f"{self._path}: cannot be written ({error.strerror})") from error
 

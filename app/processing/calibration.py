@@ -28,11 +28,13 @@ class Looked:
     frames: int = 0  # number of frames that were looked at
     left_out: Counter[str] = field(default_factory=Counter)  # how many were left out, by the reason in a few words
     last: Sighting | None = None  # the board in the newest frame
+    grey: np.ndarray | None = None  # the newest frame (H, W)
 
     def see(self, gathering: Gathering, image: np.ndarray, name: str) -> Sighting | None:
         """Look for the board in one more frame, (H, W) or (H, W, 3); only frames that count stay in the gathering."""
         self.frames += 1
-        self.last = gathering.add(name, to_levels(to_grey(image))[0], thorough=False)
+        self.grey = to_levels(to_grey(image))[0]
+        self.last = gathering.add(name, self.grey, thorough=False)
         dropped = gathering.views[name].dropped
         if dropped:
             del gathering.views[name]

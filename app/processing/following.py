@@ -11,6 +11,7 @@ from dockpose.app.processing.analysis import Analysis, TrackedFrame, Trajectory,
 from dockpose.app.state.trust import Trust
 from dockpose.app.state.view import View, with_first_frame, with_frame
 from dockpose.lights.masks import StillGroups
+from dockpose.pose.choice import DECIDED
 from dockpose.sources import ExposureWatch, Frame, Frames
 from dockpose.tracking.search import BLOCK, Search
 from dockpose.tracking.tracker import Tracked
@@ -115,11 +116,13 @@ def search_of(camera: Camera, dock: Dock, settings: Settings) -> Search:
 
 def chosen_by_track(tracked: Tracked) -> Estimate:
     """The frame's estimate, with the pose selected that the track prefers."""
-    if tracked.selected_by != "tracking":
+    track, choice, by = tracked.track, tracked.estimate.choice, tracked.selected_by
+    # Where the frames together are in doubt of the pose that this one is sure of, one probability is told: theirs.
+    is_doubted = track.probability is not None and track.probability < DECIDED and track.age > 1 and not track.predicted
+    if by != "tracking" and not (is_doubted and choice is not None and not choice.coincide):
         return replace(tracked.estimate, message=tracked.message)
-    chance = 100 * (tracked.track.probability or 0)
-    why = f"which {tracked.track.age} frames make {chance:.1f} % likely"
-    return select_pose(tracked.estimate, tracked.selected, "tracking", why)
+    why = f"which {track.age} frames make {100 * (track.probability or 0):.1f} % likely"
+    return select_pose(tracked.estimate, tracked.selected, by or "tracking", why)
 
 
 class AutoMasks:

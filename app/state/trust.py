@@ -74,12 +74,9 @@ def _doubts_about_pose(found: Estimate, probability: float | None) -> Iterator[t
     elif likely is None or (choice.selected_by == "none" and probability is None):
         yield "red", "Nothing tells which of the two poses is right."
     elif likely < TOSS_UP:
-        yield "red", f"Pose {name} is right with {percent(likely, 0)} % only: nearly a toss-up between the two."
+        yield "red", f"Pose {name} is only {percent(likely, 0)} % likely: nearly a toss-up between the two."
     elif likely < DECIDED:
-        yield (
-            "amber",
-            f"Pose {name} is right with {percent(likely, 0)} %, below the {percent(DECIDED, 0)} % of a decision.",
-        )
+        yield "amber", f"Pose {name} is {percent(likely, 0)} % likely, below the {percent(DECIDED, 0)} % of a decision."
 
 
 def _doubts_about_range(found: Estimate) -> Iterator[tuple[Colour, str]]:
@@ -90,7 +87,10 @@ def _doubts_about_range(found: Estimate) -> Iterator[tuple[Colour, str]]:
     if not math.isfinite(sigma_m):
         yield "amber", "How exact the range is cannot be estimated."
     elif sigma_m > EXACT_SHARE * range_m:
-        share = f"{number(range_m, 1)} ± {number(sigma_m, 1)} m, which is {percent(sigma_m / range_m, 0)} %"
+        decimals = max(1, math.ceil(-math.log10(sigma_m)))  # never "± 0.0"
+        share = (
+            f"{number(range_m, decimals)} ± {number(sigma_m, decimals)} m, which is {percent(sigma_m / range_m, 0)} %"
+        )
         yield "red" if sigma_m > ROUGH_SHARE * range_m else "amber", f"The range is inexact: {share}."
 
 

@@ -1,11 +1,16 @@
 """Undo and redo of the operator's changes to one picture."""
 
+import itertools
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import msgspec
+from dockpose.app.state.camera import with_tank
+from dockpose.app.state.parameters import PARAMETERS
+from dockpose.app.state.tank import Tank
 from dockpose.app.state.view import View
 
 _LONGEST = 100
@@ -14,18 +19,18 @@ _NOTED = ("camera", "dock", "settings", "scene", "by_hand", "measured", "tank", 
 
 
 class History:
-    """Remembers views. ``clock`` gives seconds."""
+    """Remembers views, and of other pictures My tank as it was. ``clock`` gives seconds."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
-        self._past: list[View] = []
-        self._future: list[View] = []
+        self._past: list[View | Tank] = []
+        self._future: list[View | Tank] = []
         self._last_names: set[str] = set()
         self._last_s = -_ONE_MOVE_S
         self._returned_to: View | None = None
 
     def note(self, before: View, after: View) -> None:
-        """Record a change; another picture clears the history, since it brings its own camera and scene."""
+        """Record a change; another picture, which brings its own camera and scene, leaves only My tank to be undone."""
         if after is before or after is self._returned_to:
             return
         self._returned_to = None
@@ -42,8 +47,8 @@ class History:
         self._last_names, self._last_s = names, now
 
     def forget(self) -> None:
-        """Forget all."""
-        self._past, self._future = [], []
+        """Forget all but My tank as it was: the picture is another one."""
+        self._past, self._future = _tanks(self._past), _tanks(self._future)
 
     def undo(self, view: View) -> View:
         """The view before the last change; the same one where there is none."""
@@ -53,15 +58,39 @@ class History:
         """The view before the last undo; the same one where there is none."""
         return self._return(view, self._future, self._past)
 
-    def _return(self, view: View, here: list[View], there: list[View]) -> View:
+    def _return(self, view: View, here: list[View | Tank], there: list[View | Tank]) -> View:
+        while here and here[-1] == view.tank:  # what was undone on that picture was not of My tank
+            here.pop()
         if not here:
             return view
         there.append(view)
-        self._last_names = set()
-        self._returned_to = here.pop()
+        self._last_names, last = set(), here.pop()
+        self._returned_to = last if isinstance(last, View) else with_tank(view, last)
         if view.list_name == "sequence":  # its frames go on meanwhile
             self._returned_to = replace(self._returned_to, image=view.image, source=view.source, sha256=view.sha256)
         return self._returned_to
+
+
+def _tanks(entries: list[View | Tank]) -> list[View | Tank]:
+    """My tank in each of these, once where it stayed the same."""
+    tanks = [entry.tank if isinstance(entry, View) else entry for entry in entries]
+    return [tank for tank, _ in itertools.groupby(tanks)]
+
+
+def difference_words(before: View, after: View) -> str:
+    """Say what changed: "fx (px): 720 → 710. My tank: Dock diameter (cm): 40 → 30."; empty where nothing did."""
+    told = {label: f"{label}: {old:g} → {new:g}" for label, old, new in _numbers(before, after)}
+    tanks = [replace(one, camera=one.tank.camera or one.camera, dock=one.tank.dock) for one in (before, after)]
+    mine = [f"My tank: {label}: {old:g} → {new:g}" for label, old, new in _numbers(*tanks) if label not in told]
+    other = sorted({name.rpartition(".")[2].replace("_", " ") for name in changed_names(before, after)})
+    return ". ".join([*told.values(), *mine] or [", ".join(other)])
+
+
+def _numbers(before: View, after: View) -> list[tuple[str, float, float]]:
+    """Label, old and new number of each parameter that changed."""
+    known = [one for one in PARAMETERS.values() if one.path != "settings.level"]  # which there may be none of
+    numbers = [(one.label, one.get(before), one.get(after)) for one in known]
+    return [(label, old, new) for label, old, new in numbers if not math.isclose(old, new, rel_tol=1e-9)]
 
 
 def changed_names(before: View, after: View) -> set[str]:

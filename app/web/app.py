@@ -16,12 +16,13 @@ from dockpose.app.processing.background import LatestWorker
 from dockpose.app.state.camera import kept
 from dockpose.app.state.preferences import Memory, with_last_settings
 from dockpose.app.state.tank import Tanks
-from dockpose.app.state.undo import History
+from dockpose.app.state.undo import History, difference_words
 from dockpose.app.state.view import View, open_source
 from dockpose.app.web.layout import Layout
 from dockpose.app.web.live import LivePage
 from dockpose.app.web.notifications import Colour, Notifications
 from dockpose.app.web.panels.picture import StripPanel
+from dockpose.app.web.panels.pilot import PilotPanel
 from dockpose.app.web.panels.play import SequencePanel
 from dockpose.app.web.panels.settings import SettingsPanel
 from dockpose.app.web.scene.scene import Scene3D
@@ -73,6 +74,9 @@ class App(contextlib.AbstractContextManager["App"]):
         with icons_from_one_archive():
             self._layout = Layout(self)  # pyright: ignore[reportArgumentType]
         self._panels, self.sequence = self._layout.panels, self._layout.of(SequencePanel)
+        pilot = self._layout.of(PilotPanel)
+        self._guard.tell_pilot = pilot.answer
+        pilot.watch(self._layout.of(StripPanel).say_stale)
         self._load(view)
         self._current: Analysis | None = None
         self._drawing, self._greeting = threading.Lock(), threading.Lock()
@@ -161,6 +165,19 @@ class App(contextlib.AbstractContextManager["App"]):
         if before.list_name == "sequence" != after.list_name:
             self.sequence.close()
         self._tell_notes(before, after, client)
+
+    def go_back(self, step: Callable[[View], View], title: str, client: viser.ClientHandle) -> None:
+        """Undo or redo, and say what that changed."""
+        told: list[str] = []
+
+        def stepped(view: View) -> View:
+            after = step(view)
+            told.append(difference_words(view, after) or "There is nothing more.")
+            return after
+
+        self.change(stepped, client, reload=True)
+        for sentence in told:
+            self.notify(title, sentence, "green", client)
 
     def _load(self, view: View) -> None:
         for panel in self._panels:

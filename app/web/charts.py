@@ -20,15 +20,9 @@ _FONT = "11px sans-serif"
 _ERRORS_PX = 150
 _LEAST = 0.1  # cm or degrees
 _SIZES_PX = (4.0, 7.0, 10.0)  # so that points at the same place are all seen
-_LOOKS = ((VERMILLION, (8.0, 4.0)), (ORANGE, (2.0, 3.0)), (BLUE, ()))
+_LOOKS = ((VERMILLION, 6.0), (ORANGE, 4.0), (BLUE, 2.0))  # no lines, which would fall to 0 where nothing was found
 _SWEEP_PX = 190
 _EVERY_S = 0.2
-
-
-def line(label: str, colour: str, dash: tuple[float, ...] = ()) -> uplot.Series:
-    """A line of a chart; ``dash`` has the pixels on and off."""
-    look: Any = {"stroke": colour, "width": 2.0, "dash": dash, "fill": "transparent"}
-    return uplot.Series(label=label, points=uplot.Series_Points(show=False), scale="y", **look)
 
 
 def rings(label: str, colour: str, size_px: float) -> uplot.Series:
@@ -153,7 +147,7 @@ class SweepChart:
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._drawn_s = -math.inf
-        curves = [line(name, colour, dash) for name, (colour, dash) in zip(CENTRES, _LOOKS, strict=True)]
+        curves = [rings(name, colour, size) for name, (colour, size) in zip(CENTRES, _LOOKS, strict=True)]
         axes = axis("fixed level (0-255)", 26, 16), axis("centre off by (px)", 34, 16)
         self._chart = Chart(gui, "level", curves, axes, _SWEEP_PX)
         self._sentence = gui.add_html("")

@@ -11,6 +11,7 @@ from dockpose.app.web.panels.detect import DetectPanel, PosePanel
 from dockpose.app.web.panels.experiment import ExperimentPanel
 from dockpose.app.web.panels.export import ExportPanel
 from dockpose.app.web.panels.picture import StripPanel, ViewpointPanel, status_html, table_html
+from dockpose.app.web.panels.pilot import PilotPanel
 from dockpose.app.web.panels.play import SequencePanel
 from dockpose.app.web.panels.settings import SettingsPanel
 from dockpose.app.web.panels.source import SimulatorPanel, SourcePanel
@@ -25,12 +26,12 @@ TABS: dict[str, tuple[type[Panel], ...]] = {
     "Tank": (TanksPanel, CameraPanel, CalibrationPanel, BudgetPanel),
     "Detect": (DetectPanel, PosePanel),
     "Simulate": (SimulatorPanel,),
-    "Play": (SequencePanel,),
+    "Play": (SequencePanel, PilotPanel),
     "Log": (ExperimentPanel,),
     "Export": (ExportPanel,),
 }
 # Which panels show a result before its data are sent, and after; the most urgent first.
-FIRST = PicturePanel, SequencePanel, DetectPanel, PosePanel
+FIRST = PilotPanel, PicturePanel, SequencePanel, DetectPanel, PosePanel
 LATER = (
     *(SourcePanel, SimulatorPanel, *TABS["Tank"], SettingsPanel, ExperimentPanel, ExportPanel),
     *(ViewpointPanel, ChipsPanel, ComparePanel),
@@ -58,8 +59,8 @@ class Layout:
                 self._made |= {kind: kind(app) for kind in kinds}
                 gui.add_html(help_link(title.lower()), order=1e9)
         acts: dict[str, Act] = {
-            "undo": lambda client: app.change(app.history.undo, client, reload=True),
-            "redo": lambda client: app.change(app.history.redo, client, reload=True),
+            "undo": lambda client: app.go_back(app.history.undo, "Undone", client),
+            "redo": lambda client: app.go_back(app.history.redo, "Done again", client),
             "next": lambda client: self.of(SourcePanel).turn(1, client),
             "previous": lambda client: self.of(SourcePanel).turn(-1, client),
             "play": lambda client: app.sequence.toggle(),
@@ -78,7 +79,9 @@ class Layout:
             app.live.place("status", status_html)
             self._made[ChipsPanel] = ChipsPanel(app)
             wished: Acts = {
-                wish_to("take"): lambda wish, client: self.of(ExperimentPanel).take(client),
+                wish_to("take", boxes=dict[str, str]): lambda wish, client: self.of(ExperimentPanel).wish(wish, client),
+                wish_to("typed", boxes=dict[str, str]): lambda wish, client: self.of(ExperimentPanel).typed(wish),
+                wish_to("board", name=str): lambda wish, client: self.of(CalibrationPanel).toggle(wish.name, client),
                 wish_to("zip"): lambda wish, client: self.of(ExportPanel).save_all(client),
                 wish_to("compare"): lambda wish, client: self.of(ComparePanel).compare(),
                 wish_to("use", method=str): lambda wish, client: self.of(ComparePanel).use(wish.method, client),

@@ -5,6 +5,7 @@ import itertools
 import json
 import operator
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from html import escape
 from typing import Any
@@ -12,10 +13,9 @@ from typing import Any
 import msgspec
 import viser
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.web.server.messages import MOST_LETTERS
 from dockpose.app.web.server.viser_private import identity
 from dockpose.app.web.widgets import App, Client, Panel, on_person
-
-_LONGEST = 300  # letters of a wish
 
 
 def data_html(name: str, data: Any) -> str:
@@ -96,7 +96,8 @@ class WishBox:
     """A hidden text box for the wishes of elements that know it by its ``channel``; ``acts`` are done for them."""
 
     def __init__(self, gui: viser.GuiApi, label: str, acts: Acts) -> None:
-        self._acts, self._last, self._decoder = acts, -1, decoder(acts)
+        self._acts, self._decoder = acts, decoder(acts)
+        self._done, self._held = deque[int](maxlen=64), threading.Lock()  # numbers; some wishes are sent again
         self._box = gui.add_text(label, "")
         self.channel = identity(self._box)
         on_person(self._box.on_update, self._fulfil)
@@ -105,9 +106,11 @@ class WishBox:
         """Do what the newest wish says; calls for wishes that were overtaken find none."""
         text = self._box.value
         try:
-            wish = self._decoder.decode(text if isinstance(text, str) and len(text) <= _LONGEST else "")
+            wish = self._decoder.decode(text if isinstance(text, str) and len(text) <= MOST_LETTERS else "")
         except msgspec.DecodeError:
             return
-        if wish.number != self._last:
-            self._last = wish.number
-            self._acts[type(wish)](wish, client)
+        with self._held:
+            if wish.number in self._done:
+                return
+            self._done.append(wish.number)
+        self._acts[type(wish)](wish, client)

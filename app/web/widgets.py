@@ -55,7 +55,14 @@ class Panel:
         for area, look, take in self._uploads:
             with area:
                 button = client.gui.add_upload_button(**look, icon=viser.Icon.UPLOAD)
-            uploads.receive(button, lambda data, name, take=take: take(data, name, client))
+            uploads.receive(button, partial(self._received, button, take, client))
+
+    def _received(self, button: Any, take: Take, client: Client, data: bytes, name: str) -> None:
+        button.disabled = True  # until then the page, which sends one file after the other, waits with the next
+        try:
+            take(data, name, client)
+        finally:
+            button.disabled = False
 
     def add(self, kind: str, name: str, act: Act | None = None, **more: Any) -> Any:
         """Add a control by its row of the table; ``act`` is done for the browser in which a person uses it."""

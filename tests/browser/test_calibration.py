@@ -1,9 +1,13 @@
 """A camera calibrated on the page, from pictures that are sent to it."""
 
+import shutil
+
 import cv2
+import numpy as np
 import pytest
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
+from dockpose.camera.calibrate import Gathering
 
 from tests.pipeline.camera.test_calibrate import CHESSBOARD, TRUE, pictures
 
@@ -17,20 +21,75 @@ def app(tmp_path_factory):
         yield running
 
 
-def test_uploaded_boards_become_the_camera_in_use(page):
+@pytest.fixture
+def tank(page):
+    """The tab Tank with the folder open, and nothing gathered."""
     page.tab("Tank")
-    page.page.get_by_text("Calibrate the camera", exact=True).click()
-    for name, picture in pictures(CHESSBOARD, TRUE, 6):
-        page.send("Add a picture or video of the board", (name, cv2.imencode(".png", picture)[1].tobytes()))
-        page.page.locator("#calibration-seen", has_text=f"{name}: board seen and taken").wait_for()
-    assert "6 views" in page.page.locator("#calibration-covered").inner_text()
-    page.page.get_by_role("button", name="Work out the camera").click()
-    page.page.locator(".calibration-line", has_text="fx 5").wait_for()
-    assert page.page.locator("#calibration-pictures tbody tr").count() == 6
-    page.page.get_by_role("button", name="Drop it, or take it back").click()
-    page.page.locator("#calibration-pictures", has_text="dropped: you dropped it").wait_for()
-    page.page.get_by_role("button", name="Work out the camera").click()
-    page.page.locator(".calibration-line", has_text="5 of 6 pictures used").wait_for()
-    page.page.get_by_role("button", name="Use this camera").click()
-    page.until(lambda: page.app.view.camera.fx == pytest.approx(TRUE.fx, rel=0.02))
-    assert page.app.view.camera_of == "tank"
+    page.unfold("Calibrate the camera")
+    page.press("Start over")
+    page.until(lambda: page.page.locator("[data-board]").count() == 0)
+    return page
+
+
+def encoded(count):
+    return [(name, cv2.imencode(".png", one)[1].tobytes()) for name, one in pictures(CHESSBOARD, TRUE, count)]
+
+
+def card(page, name):
+    return page.page.locator(f"[data-board='{name}']")
+
+
+def test_many_boards_at_once_become_the_camera_in_use_and_a_click_drops_one(tank):
+    boards = encoded(14)
+    nothing = "wall.png", cv2.imencode(".png", np.full((480, 640), 90, np.uint8))[1].tobytes()
+    clicks = ["Add pictures or a video of the board", "Work out the camera", "Use this camera"]
+    tank.send(clicks[0], *boards, nothing)
+    card(tank, "wall.png").get_by_text("dropped: no board was found in it").wait_for()
+    cards = tank.page.locator("[data-board]")
+    assert cards.evaluate_all("all => all.map((one) => one.dataset.board)") == [
+        *(name for name, _ in boards),
+        "wall.png",
+    ]
+    gathering = Gathering(CHESSBOARD, distinct=True)
+    for name, picture in pictures(CHESSBOARD, TRUE, 14):
+        gathering.add(name, picture)
+    used = [each.name for each in gathering.sightings]
+    assert len(used) >= 10
+    assert f"{len(used)} views" in tank.page.locator("#calibration-covered").inner_text()
+    assert all(cards.evaluate_all("all => all.map((one) => one.querySelector('img').naturalWidth === 150)"))
+    assert card(tank, "wall.png").is_disabled()
+    tank.press(clicks[1])
+    tank.page.locator(".calibration-line", has_text=f"{len(used)} of 15 pictures used").wait_for()
+    errors = cards.locator("span").filter(has_text=" px over 54 corners")
+    tank.until(lambda: errors.count() == len(used))
+    bars = cards.locator("i").evaluate_all("all => all.map((one) => parseFloat(one.style.width))")
+    assert max(bars) == 100
+    assert sum(bar > 0 for bar in bars) == len(used)
+    dropped = used[2]
+    card(tank, dropped).click()
+    card(tank, dropped).get_by_text("dropped: you dropped it").wait_for()
+    tank.page.locator(
+        ".calibration-line", has_text=f"{len(used) - 1} of 15 pictures used"
+    ).wait_for()  # worked out again by itself
+    card(tank, dropped).click()
+    tank.page.locator(".calibration-line", has_text=f"{len(used)} of 15 pictures used").wait_for()
+    tank.press(clicks[2])
+    tank.until(lambda: tank.app.view.camera.fx == pytest.approx(TRUE.fx, rel=0.02))
+    assert tank.app.view.camera_of == "tank"
+
+
+def test_a_folder_is_added_at_once_and_what_is_no_picture_in_it_is_left_out(tank, tmp_path):
+    for name, data in encoded(4):
+        (tmp_path / name).with_suffix(".png").write_bytes(data)
+    (tmp_path / "notes.txt").write_text("10x7, 24 mm")
+    (tmp_path / "below").mkdir()
+    shutil.copy(tmp_path / "board0.png", tmp_path / "below")
+    button = tank.page.get_by_role("button", name="Add a folder of pictures")
+    with tank.page.expect_file_chooser() as chooser:
+        button.click()
+    chooser.value.set_files(tmp_path)
+    tank.until(lambda: tank.page.locator("[data-board]").count() == 5)
+    tank.page.get_by_text("dropped: it is like another").wait_for()
+    tank.until(lambda: "4 views" in tank.page.locator("#calibration-covered").inner_text())
+    assert tank.page.locator("[data-board]").locator("span").filter(has_text="54 corners").count() == 4
+    assert all(name.startswith("board") for name in tank.page.locator("[data-board] b").all_inner_texts())

@@ -6,10 +6,11 @@ import zipfile
 import msgspec
 import pandas
 import pytest
+from dockpose.app.errors import UserError
 from dockpose.app.experiment import Session, session
 from dockpose.app.experiment.record import COLUMNS, csv_text
 from dockpose.app.state.changes import with_measured
-from dockpose.app.web.panels.experiment import ALL, NEXT_FRAME, NO_SESSION, WHAT
+from dockpose.app.web.panels.experiment import ALL, NEXT_FRAME, NO_SESSION, WHAT, ExperimentPanel
 
 from tests.browser.test_export import saved
 from tests.support.taking import FOUND, PICTURE
@@ -184,3 +185,59 @@ def test_pose_measured_in_its_tab_is_there_already(tab):
     assert tab.box("θy (°)").input_value() == "-5"
     assert tab.box("Distance (cm)").input_value() == "120"
     assert tab.app.view.measured_pose.position_m[2] == pytest.approx(1.234)
+
+
+def type_row(page, values, delay_ms):
+    """Type a row's x, y, z, θx, θy and distance as a gauge does, take it at once, and return what the boxes had."""
+    page.box("x (cm)").click()
+    keyboard = page.page.keyboard
+    for value in values:
+        keyboard.type(value, delay=delay_ms)
+        if value is not values[-1]:
+            keyboard.press("Tab")
+    keyboard.press("Control+Enter")
+
+
+@pytest.mark.parametrize("delay_ms", [0, 5, 40])
+def test_what_is_typed_fast_is_logged_as_it_stands_in_the_boxes(tab, root, delay_ms):
+    name = f"gauge{delay_ms}"
+    start(tab, name)
+    for number in range(1, 4):
+        values = [f"{number}1.5", "-4.25", f"31{number}.4", "3", "-12.5", "311.4"]
+        type_row(tab, values, delay_ms)
+        tab.until(lambda: f"Frame {number} is on disk" in words(tab))  # noqa: B023
+        tab.until(lambda: tab.box("Distance (cm)").input_value() == "")
+        row = rows_on_disk(root / name)[-1]
+        columns = [
+            *(f"measured_{each}" for each in ("x_cm", "y_cm", "z_cm", "theta_x_deg", "theta_y_deg")),
+            "distance_cm",
+        ]
+        assert [row[column] for column in columns] == [float(value) for value in values]
+        assert len(rows_on_disk(root / name)) == number
+
+
+def test_what_is_typed_fast_stays_when_another_tab_is_opened(tab, root):
+    start(tab, "elsewhere")
+    tab.box("z (cm)").click()
+    tab.page.keyboard.type("311.4")
+    tab.page.keyboard.press("Tab")
+    tab.page.keyboard.type("5")
+    (panel,) = (panel for panel in tab.app._layout.panels if isinstance(panel, ExperimentPanel))
+    tab.until(lambda: panel._next_texts["measured_z_cm"] == "311.4")
+    tab.tab("Detect")
+    press_t(tab)
+    tab.until(lambda: (root / "elsewhere/frames/0001.png").is_file() and len(rows_on_disk(root / "elsewhere")) == 1)
+    (row,) = rows_on_disk(root / "elsewhere")
+    assert (row["measured_z_cm"], row["measured_theta_x_deg"]) == (311.4, 5)
+    tab.tab("Log")
+
+
+def test_boxes_of_another_row_are_refused(tab, root):
+    start(tab, "rows")
+    press_t(tab)
+    tab.until(lambda: "Frame 1 is on disk" in words(tab))
+    (panel,) = (panel for panel in tab.app._layout.panels if isinstance(panel, ExperimentPanel))
+    client = next(iter(tab.app.server.get_clients().values()))
+    with pytest.raises(UserError, match="those of row 1 in this browser, and of the next frame in the program"):
+        panel._take(client, {"target": "row 1", "measured_z_cm": "99"})
+    assert len(rows_on_disk(root / "rows")) == 1

@@ -46,6 +46,7 @@ def test_undo_and_redo_by_keys_and_buttons(page):
     blur(page)
     page.page.keyboard.press("Control+z")
     page.until(lambda: page.box("fx (px)").input_value() == "700")
+    page.page.get_by_text("fx (px): 812 → 700").wait_for()
     page.page.keyboard.press("Control+Shift+Z")
     page.until(lambda: page.box("fx (px)").input_value() == "812")
     page.tab("Settings")

@@ -8,6 +8,7 @@ from dockpose import Camera
 from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.processing.comparison import compared
 from dockpose.app.state.camera import camera_file
+from dockpose.app.state.view import open_source
 
 from tests.browser.conftest import visit
 
@@ -34,6 +35,8 @@ class Hand:
 
 @pytest.fixture
 def hand(browser, app):
+    """The page as it opens, whatever picture and tank the test before has left: words on those stand above the bar."""
+    app.change(lambda _: open_source(None, None, None), reload=True)
     with visit(browser, app, accept_downloads=True) as page:
         page.page.goto(app.address)
         page.page.locator("#candidates tbody tr").first.wait_for()

@@ -1,5 +1,6 @@
 """Calibrate on the page: gather boards from what is shown or uploaded, fit the camera, and use it."""
 
+import base64
 import contextlib
 import itertools
 import re
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import viser
 from dockpose import Camera
 from dockpose.app.drawing.colours import BLUE, bgr
 from dockpose.app.errors import UserError
@@ -20,7 +22,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import LatestWorker, Progress
 from dockpose.app.processing.calibration import Looked, gather
 from dockpose.app.state.camera import camera_file, with_own_camera
-from dockpose.app.web.html import row, small, table
+from dockpose.app.web.html import small
 from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel
 from dockpose.camera.board import Board, Sighting
 from dockpose.camera.calibrate import BoardView, Calibration, Gathering, calibrate_gathered
@@ -29,10 +31,9 @@ from dockpose.camera.image import decode, to_grey, to_levels
 from dockpose.sources import VIDEO_ENDINGS, Video
 
 _BY_HAND = "you dropped it"
-_NONE = "(none)"
 _MOST = 200  # pictures, after which the oldest that were left out are forgotten
-_UPLOADS = ".png,.jpg,.jpeg,.tif,.tiff,.bmp,.webp," + ",".join(VIDEO_ENDINGS)
-WIDTH_PX = 340
+_PICTURES = ".png,.jpg,.jpeg,.tif,.tiff,.bmp,.webp,"
+WIDTH_PX, _CARD_PX = 340, 150
 _SEEN_BGR = bgr(BLUE)
 _CELL = "width: 2.2em; height: 1.6em; text-align: center; border: 1px solid rgba(128,128,128,0.5)"
 
@@ -55,16 +56,18 @@ class CalibrationPanel(Panel):
         self._lock = threading.RLock()
         self._gathering = Gathering(Board(10, 7, 0.024), distinct=True)
         self._dropped: dict[str, Sighting] = {}
+        self._cards: dict[str, tuple[viser.GuiHtmlHandle, str]] = {}  # and the picture in each
         self._done: Calibration | None = None
         self._count = itertools.count(1)
         self._worker: LatestWorker[np.ndarray] = LatestWorker(self._watch_one, app.fail)
         app.closing.callback(self._worker.close)
-        area = self.gui.add_folder("Calibrate the camera", expand_by_default=False)
+        self._area = area = self.gui.add_folder("Calibrate the camera", expand_by_default=False)
         with area:
             self._add_controls()
             busy = "Another piece of work is running; wait, or stop it."
             self._work = BackgroundWork(app, "Do not go on with it.", busy)
-        self.add_upload(area, "add", self._take, _UPLOADS)
+        self.add_upload(area, "add", self._take, _PICTURES + ",".join(VIDEO_ENDINGS))
+        self.add_upload(area, "add_folder", self._take, f"{_PICTURES}.folder")
 
     def show(self, analysis: Analysis) -> None:
         """Keep what is shown, and look for the board in it while watching."""
@@ -83,9 +86,7 @@ class CalibrationPanel(Panel):
         self._shown = self.gui.add_image(blank, format="jpeg", visible=False, order=4.1)
         self._covered = self.gui.add_html("", order=5)
         self.add("button", "fit", lambda client: self._work.start(self._fit, client))
-        self._result, self._table = self.gui.add_html("", order=8), self.gui.add_html("", order=9)
-        self._which = self.add("dropdown", "which", options=(_NONE,))
-        self._drop = self.add("button", "drop", self.trying(self._drop_or_keep))
+        self._result = self.gui.add_html("", order=8)
         with_camera = self.changing(lambda view: with_own_camera(view, self._camera(), "the calibration"))
         self._use = self.add("button", "use", with_camera)
         self._save = self.add_download("save", "camera.yaml", lambda view: camera_file(self._camera(), "dockpose"))
@@ -99,6 +100,7 @@ class CalibrationPanel(Panel):
         board = self._board()
         if board != self._gathering.board:
             self._gathering, self._dropped, self._done = Gathering(board, distinct=True), {}, None
+            self._show_cards([])
         return self._gathering
 
     def _add_shown(self, client: Client) -> None:
@@ -114,6 +116,8 @@ class CalibrationPanel(Panel):
         grey = to_levels(to_grey(image))[0]
         with self._lock:
             gathering = self._ready()
+            if name in gathering.views:  # of another folder, or the same once more
+                name = f"{name} ({next(self._count)})"
             found = gathering.add(name, grey, thorough=thorough)
             dropped = gathering.views[name].dropped
             if dropped and not thorough:
@@ -123,19 +127,33 @@ class CalibrationPanel(Panel):
             self._seen.content = seen_html(name, found, dropped)
             self._shown.image = picture_with_board(grey, found, gathering.board, gathering.counted_as)
             self._shown.visible = True
-            if found is not None and not dropped:
+            if thorough or not dropped:
+                self._add_card(name, grey, found)
                 self._show_gathered()
+
+    def _add_card(self, name: str, grey: np.ndarray, found: Sighting | None) -> None:
+        drawn = picture_with_board(grey, found, self._gathering.board, self._gathering.counted_as, _CARD_PX)
+        jpeg = cv2.imencode(".jpg", cv2.cvtColor(drawn, cv2.COLOR_RGB2BGR))[1].tobytes()
+        if name not in self._cards:
+            with self._area:
+                self._cards[name] = self.gui.add_html("", order=9 + 1e-6 * next(self._count)), ""
+        self._cards[name] = self._cards[name][0], base64.b64encode(jpeg).decode()
 
     def _show_gathered(self) -> None:
         gathering = self._gathering
         if gathering.size is not None:
             self._covered.content = coverage_html(coverage_of(gathering.sightings, gathering.size))
-        names = [*(each.name for each in gathering.sightings), *self._dropped]
-        chosen = self._which.value
-        self._which.options = tuple(names) or (_NONE,)
-        if chosen in names:
-            self._which.value = chosen
-        self._which.visible = self._drop.visible = bool(names)
+        self._show_cards(list(gathering.views.values()))
+
+    def _show_cards(self, views: Sequence[BoardView]) -> None:
+        """Show what became of each picture on its card, and remove the cards of all others."""
+        views_of, worst = {view.name: view for view in views}, max([view.error_px or 0 for view in views], default=0)
+        for name, (handle, jpeg) in list(self._cards.items()):
+            if name not in views_of:
+                handle.remove()
+                del self._cards[name]
+            elif (html := card_html(views_of[name], jpeg, worst)) != handle.content:
+                handle.content = html
 
     def _take(self, data: bytes, name: str, client: Client) -> None:
         if Path(name).suffix.lower() in VIDEO_ENDINGS:
@@ -154,38 +172,51 @@ class CalibrationPanel(Panel):
         self.app.notify("Video", f"{name}: {looked.in_words(len(gathering.sightings))}.", "green", client)
 
     def _show_progress(self, looked: Looked, covered: Coverage | None) -> None:
-        if covered is not None:
+        if covered is not None and looked.grey is not None:
             with self._lock:
+                found = self._gathering.sightings[-1]
+                self._add_card(found.name, looked.grey, found)
                 self._show_gathered()
 
     def _fit(self, progress: Progress) -> None:
         with self._lock:
             gathering = self._ready()
             copy = replace(gathering, sightings=list(gathering.sightings), views=dict(gathering.views))
-        self._done = done = calibrate_gathered(copy)
+            dropped = set(self._dropped)
+        done = calibrate_gathered(copy)
         lines = camera_lines(done, str(self._medium.value), is_on_page=True)
-        self._result.content = "".join([small(escape(line), 'class="calibration-line"') for line in lines])
-        self._table.content = pictures_html(done.views)
-        self._use.visible = self._save.visible = True
-
-    def _drop_or_keep(self, client: Client) -> None:
         with self._lock:
-            name, gathering = str(self._which.value), self._gathering
+            if gathering is not self._gathering:  # it was begun anew
+                return
+            is_of_these = dropped == set(self._dropped)
+            if is_of_these:
+                self._done = done
+                self._result.content = "".join([small(escape(line), 'class="calibration-line"') for line in lines])
+                self._show_cards(done.views)
+                self._use.visible = self._save.visible = True
+        if not is_of_these:  # a click dropped one meanwhile
+            self._fit(progress)
+
+    def toggle(self, name: str, client: Client) -> None:
+        """Leave out a picture that counted, or take it back; where a camera was worked out, that is done again."""
+        with self._lock:
+            gathering, was_done = self._gathering, self._done is not None
             if name in self._dropped:
                 sighting = self._dropped.pop(name)
                 gathering.sightings.append(sighting)
                 gathering.views[name] = BoardView(name, None, len(sighting.picture_px))
             else:
                 kept = [each for each in gathering.sightings if each.name == name]
-                if not kept:
-                    raise UserError(f"There is no picture called {name!r}.")
+                if not kept:  # it was left out for another reason, or is gone
+                    return
                 self._dropped[name] = kept[0]
                 gathering.drop(name, _BY_HAND)
             self._show_gathered()
             self._done = None  # it was of other pictures
             self._result.content = ""
             self._use.visible = self._save.visible = False
-            self._table.content = pictures_html(list(gathering.views.values()))
+        if was_done:
+            self._work.start(self._fit, client)
 
     def _camera(self) -> Camera:
         if self._done is None:
@@ -201,16 +232,18 @@ class CalibrationPanel(Panel):
     def _clear(self, client: Client) -> None:
         with self._lock:
             self._gathering, self._dropped, self._done = Gathering(self._board(), distinct=True), {}, None
-            for handle in (self._seen, self._covered, self._result, self._table):
+            for handle in (self._seen, self._covered, self._result):
                 handle.content = ""
             for handle in (self._shown, self._use, self._save):
                 handle.visible = False
             self._show_gathered()
 
 
-def picture_with_board(grey: np.ndarray, found: Sighting | None, board: Board, counted_as: str) -> np.ndarray:
+def picture_with_board(
+    grey: np.ndarray, found: Sighting | None, board: Board, counted_as: str, width_px: int = WIDTH_PX
+) -> np.ndarray:
     """A small RGB copy of a grey picture (H, W), with the board's corners where one was found."""
-    scale = WIDTH_PX / grey.shape[1]
+    scale = width_px / grey.shape[1]
     small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     shown = cv2.cvtColor(small, cv2.COLOR_GRAY2BGR)
     if found is not None:
@@ -253,7 +286,14 @@ def coverage_html(covered: Coverage) -> str:
     return small(f"{cells}{escape(', '.join(parts))}. {words}", 'id="calibration-covered"')
 
 
-def pictures_html(views: Sequence[BoardView]) -> str:
-    """A table of the pictures: the error of each, or why it was dropped."""
-    rows = [row(escape(view.name), [escape(outcome(view))]) for view in views]
-    return table("calibration-pictures", ["error"], rows)
+def card_html(view: BoardView, jpeg: str, worst_px: float) -> str:
+    """A picture with its corners, its error as a number and a bar, or why it was dropped; a click drops it."""
+    is_mine, name = view.dropped in ("", _BY_HAND), escape(view.name)
+    act = " disabled" if not is_mine else f' title="{"Take it back." if view.dropped else "Drop it."}"'
+    share = 0 if view.error_px is None or worst_px == 0 else view.error_px / worst_px
+    return (
+        f'<button type="button" class="board" data-board="{name}" aria-pressed="{"false" if view.dropped else "true"}"'
+        f'{act}><img alt="" src="data:image/jpeg;base64,{jpeg}">'
+        f"<span><b>{name}</b>{escape(outcome(view))}"
+        f'<i style="width: {100 * share:.0f}%"></i></span></button>'
+    )

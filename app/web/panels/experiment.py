@@ -1,9 +1,16 @@
 """The tab Log: a session on the disk, to which frames are added with what was measured."""
 
+import contextlib
+import json
 import threading
+from collections import deque
+from collections.abc import Mapping
 from functools import partial
 from html import escape
+from types import MappingProxyType
+from typing import Any
 
+from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, Session
 from dockpose.app.experiment.session import SessionFolder
 from dockpose.app.export.bundle import bundle_name, session_files, to_zip
@@ -16,6 +23,7 @@ from dockpose.app.state.view import MeasuredPose
 from dockpose.app.web.charts import ErrorCharts
 from dockpose.app.web.html import small
 from dockpose.app.web.panels import experiment_rows as log_rows
+from dockpose.app.web.server.viser_private import identity
 from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel, on_person
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
@@ -32,11 +40,13 @@ class ExperimentPanel(Panel):
         self._sessions = SessionFolder(app.options.sessions)
         self._lock = threading.RLock()
         self._session: Session | None = None
+        self._has_begun = False  # whether a session was begun or chosen since the start
         self._chosen_row: int | None = None  # whose boxes are shown; None for the next frame's
         self._drafts: dict[int | None, log_rows.Texts] = {}
         self._known_pose: MeasuredPose | None = None
         self._page_number, self._said = 1, ""
         self.take = self.trying(self._take)
+        self._heard = deque[int](maxlen=8)  # numbers of wishes to take
         self._add_session()
         self._add_fields()
         self._add_rows()
@@ -52,7 +62,28 @@ class ExperimentPanel(Panel):
             self._next_texts = log_rows.after_change(self._next_texts, self._known_pose, known)
             self._known_pose = known
 
+    def wish(self, wish: Any, client: Client) -> None:
+        """Take a frame with what a browser's boxes say, and tell it that it was heard."""
+        self._heard.append(wish.number)
+        self.app.live.put(taken=[*self._heard])
+        self.app.live.send()
+        self.app.attempt(lambda: self._take(client, wish.boxes), client)
+
+    def typed(self, wish: Any) -> None:
+        """Take over what was typed in a browser, unless its boxes belong to another row by now."""
+        with self._lock, contextlib.suppress(UserError):
+            if wish.number > max(self._heard, default=0):  # else a frame was taken with it
+                self._take_over(wish.boxes)
+
+    def _take_over(self, boxes: Mapping[str, str]) -> None:
+        """Set the boxes to what a browser shows in its own, of which not everything may have come."""
+        there, here = boxes.get("target"), target_name(self._chosen_row)
+        if boxes and there != here:
+            raise UserError(f"The boxes are those of {there} in this browser, and of {here} in the program; try again.")
+        self._fields.texts |= {name: boxes[name] for name in log_rows.BLANK if name in boxes}
+
     def _add_session(self) -> None:
+        self.gui.add_html('<dockpose-name-next name="take-frame"></dockpose-name-next>')
         self.add("button", "take", self.take)
         self._words = self.gui.add_html("")
         names = NO_SESSION, *self._sessions.names()
@@ -66,6 +97,8 @@ class ExperimentPanel(Panel):
             choose = self.trying(self._choose_row)
             self._target = self.add("dropdown", "target", choose, options=(target_name(None),))
             self._fields = log_rows.MeasuredFields(self.gui)
+            ids = json.dumps({"target": identity(self._target), **self._fields.ids})
+            self.gui.add_html(f'<dockpose-measured boxes="{escape(ids)}"></dockpose-measured>')
             self._save_row = self.add("button", "save_row", self.trying(self._save_chosen))
             self._keep = self.add("checkbox", "keep")
 
@@ -109,8 +142,20 @@ class ExperimentPanel(Panel):
                 self._choice.value = NO_SESSION if self._session is None else self._session.record.name
                 raise
             self._replace(session, "" if session is None else "Reopened.")
+        self._tell_notices(session, client)
+
+    def _tell_notices(self, session: Session | None, client: Client) -> None:
         for sentence in () if session is None else session.notices:
             self.app.notify("About the session", sentence, "yellow", client)
+
+    def _go_on(self, client: Client) -> Session:
+        """The session for the first frame since the start: the last one of today, or a new one where there is none."""
+        session = None if self._has_begun or str(self._name.value).strip() else self._sessions.last_of_today()
+        if session is None:
+            return self._start_new(client)
+        self._replace(session, f"Going on with {session.record.name}.")
+        self._tell_notices(session, client)
+        return session
 
     def _start_new(self, client: Client) -> Session:
         with self._lock:
@@ -124,16 +169,17 @@ class ExperimentPanel(Panel):
             self._session.close()
         self._show_row(None)
         self._drafts.clear()
-        self._session, self._page_number = session, 1
+        self._session, self._page_number, self._has_begun = session, 1, True
         self._show_session(said)
 
-    def _take(self, client: Client) -> None:
+    def _take(self, client: Client, boxes: Mapping[str, str] = MappingProxyType({})) -> None:
         with self._lock:
+            self._take_over(boxes)
             analysis, texts = self.analysis, self._next_texts
             if analysis is None:
                 return
             values = log_rows.values_of(texts)
-            session = self._session or self._start_new(client)  # the first row starts one
+            session = self._session or self._go_on(client)
         view = analysis.view
         row = session.take(view.image, analysis.estimate, view.source, view.sha256, **values)
         said = log_rows.taken_words(row)

@@ -15,6 +15,7 @@ from dockpose.app.resources import read_toml
 from dockpose.app.state.view import MeasuredPose, number_text, typed_number
 from dockpose.app.web.html import small
 from dockpose.app.web.html import table as html_table
+from dockpose.app.web.server.viser_private import identity
 
 LABELS = dict(zip(MEASURED_COLUMNS, ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)", "Distance (cm)"), strict=True))
 _SAID = read_toml("controls.toml")["measured"]
@@ -69,6 +70,11 @@ class MeasuredFields:
         named = zip(LABELS.items(), kinds, strict=True)
         self._boxes = {name: gui.add_text(label, "", hint=_SAID[kind]) for (name, label), kind in named}
         self._boxes["notes"] = gui.add_text(**_SAID["notes"])
+
+    @property
+    def ids(self) -> dict[str, str | None]:
+        """By which the page knows them."""
+        return {name: identity(box) for name, box in self._boxes.items()}
 
     @property
     def texts(self) -> Texts:

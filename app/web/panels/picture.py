@@ -2,7 +2,7 @@
 
 from html import escape
 
-from dockpose.app.drawing.colours import POSE_NAMES, TRUST_COLOURS
+from dockpose.app.drawing.colours import POSE_NAMES, STALE_COLOUR, TRUST_COLOURS
 from dockpose.app.drawing.numbers import QUANTITIES, deviation_words, parts_words, place_words
 from dockpose.app.export.words import advice, status_line
 from dockpose.app.processing.analysis import Analysis
@@ -65,8 +65,9 @@ class ViewpointPanel(Panel):
         )
 
 
-def place_html(analysis: Analysis) -> str:
+def place_html(analysis: Analysis, stale_s: int = 0) -> str:
     """Return the trust, and the place of the dock in large letters above the numbers of the search."""
+    # Of a live source that gives nothing for so many seconds the age stands in place of the trust.
     found, trust = analysis.estimate, analysis.trust
     where, parts = "No dock seen", ""
     if found.selected is not None:
@@ -76,8 +77,10 @@ def place_html(analysis: Analysis) -> str:
         if exact:
             parts = f"Of the range, one sigma in cm: {parts_words(found.selected, [2])[0]}"
     line = status_line(found, with_sigma=not analysis.view.assumed)
+    colour = f"{STALE_COLOUR}; color: #fff" if stale_s else TRUST_COLOURS[trust.colour]
+    verdict = f"◷ No new picture for {stale_s} s" if stale_s else trust.verdict
     return (
-        f'<div id="strip-trust" style="background: {TRUST_COLOURS[trust.colour]}">{escape(trust.verdict)}</div>'
+        f'<div id="strip-trust" style="background: {colour}">{escape(verdict)}</div>'
         f'<div id="strip-place"><div id="place" title="{escape(parts)}">{escape(where)}</div>'
         f'<div id="status-line" data-trust="{trust.colour}">{escape(line)}</div></div>'
     )
@@ -102,7 +105,7 @@ class StripPanel(Panel):
 
     def __init__(self, app: App) -> None:
         super().__init__(app)
-        self._browsers, self._newest = 1, None
+        self._browsers, self._newest, self._stale_s = 1, None, 0
         app.live.place("strip", self._html)
 
     def count_browsers(self, browsers: int) -> None:
@@ -114,8 +117,20 @@ class StripPanel(Panel):
                 live.put_html("strip", self._html(self._newest))
                 live.send()
 
+    def say_stale(self, seconds: int) -> None:
+        """Say in place of the trust that no picture came for so long, and grey out the rest, until the next one."""
+        live = self.app.live
+        with live.held:
+            self._stale_s = seconds
+            if self._newest is not None:
+                live.put_html("strip", self._html(self._newest))
+                live.send()
+
     def _html(self, analysis: Analysis) -> str:
-        self._newest: Analysis | None = analysis
         view = analysis.view
+        if self._newest is not None and view.image is not self._newest.view.image:
+            self._stale_s = 0
+        self._newest: Analysis | None = analysis
         origin = origin_html(view, self.app.tanks.is_saved(view.tank), self._browsers)
-        return f'<div id="strip">{place_html(analysis)}{origin}</div>'
+        state = " data-stale" if self._stale_s else ""
+        return f'<div id="strip"{state}>{place_html(analysis, self._stale_s)}{origin}</div>'

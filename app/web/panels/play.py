@@ -237,7 +237,7 @@ def sequence_words(tracked_frame: TrackedFrame, frames: Frames) -> str:
         state = f"Followed for {track.age} frame{'' if track.age == 1 else 's'}"
         if track.probability is not None:
             chance = f"{100 * track.probability:.1f} %" if track.probability < SURE else f"over {100 * SURE:g} %"
-            state += f"; the chosen pose is right with a probability of {chance}"
+            state += f"; the chosen pose is {chance} likely"
         state += "."
     missed = (frames.skipped, "corrupt"), (frames.dropped, "too fast")
     left_out = [f"{number} {what}" for number, what in missed if number]

@@ -8,10 +8,10 @@ from dockpose.pose.known import KnownPose
 @pytest.mark.parametrize(
     ("position_m", "angles_deg", "words"),
     [
-        ((0.06, -0.04, 1.1), (6, -12), "1.10 m ahead, 6 cm right, 4 cm up; turned -12° / 6°"),
-        ((-1.234, 0.5, 0.42), (0, 0.2), "42 cm ahead, 1.23 m left, 50 cm down; turned 0° / 0°"),
-        ((0, 0, 20.94), (-0.4, 90), "20.9 m ahead, 0 cm right, 0 cm down; turned 90° / 0°"),
-        ((0, 0, 0.996), (0, 0), "1.00 m ahead, 0 cm right, 0 cm down; turned 0° / 0°"),
+        ((0.06, -0.04, 1.1), (6, -12), "1.10 m ahead, 6 cm right, 4 cm up; pitch 6°, yaw -12°"),
+        ((-1.234, 0.5, 0.42), (0, 0.2), "42 cm ahead, 1.23 m left, 50 cm down; pitch 0°, yaw 0°"),
+        ((0, 0, 20.94), (-0.4, 90), "20.9 m ahead, 0 cm right, 0 cm down; pitch 0°, yaw 90°"),
+        ((0, 0, 0.996), (0, 0), "1.00 m ahead, 0 cm right, 0 cm down; pitch 0°, yaw 0°"),
     ],
 )
 def test_places_are_said_in_plain_words(position_m, angles_deg, words):

@@ -281,9 +281,11 @@ def test_a_stream_of_h264_is_kept_as_it_was_sent_with_the_senders_times(tmp_path
         time.sleep(0.01)
     frames = open_frames(f"tcp://127.0.0.1:{port_of[0]}", timeout_s=5)
     assert isinstance(frames, Live)
-    arrived, _ = record_live(tmp_path / "tank.mkv", frames, 60)
+    arrived, kept = record_live(tmp_path / "tank.mkv", frames, 60)
     stop.set()
     found = read(tmp_path / "tank.mkv")
+    with av.open(str(tmp_path / "tank.mkv")) as container:
+        assert kept.frames == sum(packet.size > 0 for packet in container.demux(video=0))
     with av.open(str(tmp_path / "tank.mkv")) as container:
         assert container.streams.video[0].codec_context.name == "h264"
     steps_s = np.diff([frame.time_s or 0.0 for frame in found])[:-2]  # the last ones came before others

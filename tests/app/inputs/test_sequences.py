@@ -4,6 +4,7 @@ import importlib
 import math
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 from unittest import mock
 
@@ -212,6 +213,15 @@ def test_track_that_decides_is_shown_as_chosen_and_told(follower, view):
     assert (found.choice.selected, found.choice.selected_by) == (other, "tracking")
     assert "by pose B" in found.message
     assert math.isclose(found.elapsed_ms, tracked.estimate.elapsed_ms)
+
+
+def test_frames_in_doubt_tell_their_probability_and_not_that_of_the_last_picture(follower, view):
+    tracked = [read(follower, view, number)[1].tracked_frame.tracked for number in range(3)][-1]
+    assert tracked.selected_by != "tracking"
+    doubted = replace(tracked, track=replace(tracked.track, probability=0.88))
+    message = chosen_by_track(doubted).message
+    assert message.endswith("by pose A, which 3 frames make 88.0 % likely.")
+    assert "likelier" in chosen_by_track(tracked).message
 
 
 def test_a_bag_that_a_browser_sent_brings_its_pictures_and_camera(tmp_path):

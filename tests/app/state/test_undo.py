@@ -2,8 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from dockpose import Dock, Settings
+from dockpose.app.state.camera import with_my_tank, with_tank
 from dockpose.app.state.parameters import put
-from dockpose.app.state.undo import History, changed_names
+from dockpose.app.state.tank import Tank
+from dockpose.app.state.undo import History, changed_names, difference_words
+from msgspec.structs import replace as changed
 
 from tests.support.clock import Clock
 
@@ -58,8 +62,41 @@ def test_a_new_change_ends_what_could_be_redone(history, view):
 def test_scenes_are_undone_but_other_pictures_are_not(history, view):
     turned = walk(history, view, lambda one: put(one, "z_cm", 90))
     assert history.undo(turned) is view
-    other = walk(history, view, lambda one: replace(one, image=np.zeros((4, 4), np.uint8)))
+    other = walk(history, turned, lambda one: replace(one, image=np.zeros((4, 4), np.uint8)))
     assert history.undo(other) is other
+
+
+def other_picture(view):
+    """The next upload, which has no camera of its own."""
+    return replace(
+        with_my_tank(replace(view, image=view.image.copy())), source="next", settings=Settings(min_area_px=7)
+    )
+
+
+def test_my_tank_is_undone_across_pictures_and_nothing_else_is(history, view):
+    mine = with_my_tank(replace(view, tank=Tank(camera=view.camera, dock=view.dock, knows_diameter=True)))
+    narrow = changed(mine.tank, camera=put(mine, "fx", 720).camera)
+    level = lambda one: put(one, "level", 90)  # noqa: E731
+    last = walk(history, mine, lambda one: with_tank(one, narrow), level, other_picture, other_picture)
+    assert last.camera.fx == 720
+    before = history.undo(last)
+    assert (before.tank, before.camera.fx, before.settings) == (mine.tank, 700, last.settings)
+    assert before.image is last.image
+    history.note(last, before)
+    assert history.undo(before) is before
+    again = history.redo(before)
+    assert (again.tank, again.camera.fx) == (narrow, 720)
+    history.note(before, again)
+    moved = walk(history, again, other_picture)
+    assert history.undo(moved).tank == mine.tank
+
+
+def test_what_was_undone_is_said(view):
+    assert difference_words(fx(720)(view), fx(710)(view)) == "fx (px): 720 → 710"
+    assert difference_words(view, view) == ""
+    assert difference_words(view, replace(view, by_hand=(0.0, 0.0, -1.0))) == "by hand"
+    tanks = [replace(view, tank=Tank(dock=Dock(size), knows_diameter=True)) for size in (0.4, 0.3)]
+    assert difference_words(*tanks) == "My tank: Diameter (cm): 40 → 30"
 
 
 def test_changes_are_named_and_what_changed_nothing_is_no_step(history, view):

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from dockpose.app.web.panels.calibration import board_of, coverage_html, picture_with_board, pictures_html, seen_html
+from dockpose.app.web.panels.calibration import board_of, card_html, coverage_html, picture_with_board, seen_html
 from dockpose.camera.board import find_board
 from dockpose.camera.calibrate import BoardView
 from dockpose.camera.coverage import coverage_of
@@ -37,10 +37,20 @@ def test_what_was_seen_or_dropped_is_told_and_names_are_escaped():
     assert "board seen and taken</b>, 54 corners" in seen_html("a.png", found, "")
     assert "board seen, not taken: it is blurred" in seen_html("a.png", found, "it is blurred")
     assert "no board was found in it" in seen_html("a.png", None, "no board was found in it")
-    assert "<script>" not in seen_html("<script>", None, "x") + pictures_html([BoardView("<script>", None, 5)])
-    views = BoardView("a", 0.1234, 54), BoardView("b", None, 54, "you dropped it"), BoardView("c", None, 54)
-    for words in ("0.123 px over 54 corners", "dropped: you dropped it", ">54 corners<"):
-        assert words in pictures_html(views)
+    hostile = '<script>"'
+    assert "<script>" not in seen_html(hostile, None, "x") + card_html(BoardView(hostile, None, 5), "", 0)
+    assert 'data-board="&lt;script&gt;&quot;"' in card_html(BoardView(hostile, None, 5), "", 0)
+
+
+def test_a_card_has_the_error_and_its_share_of_the_largest_and_is_dropped_by_a_click():
+    used = card_html(BoardView("a", 0.1234, 54), "abc", 0.2468)
+    for words in ("0.123 px over 54 corners", "width: 50%", 'aria-pressed="true"', "Drop it.", "base64,abc"):
+        assert words in used
+    mine = card_html(BoardView("b", None, 54, "you dropped it"), "", 0.2)
+    for words in ("dropped: you dropped it", "width: 0%", 'aria-pressed="false"', "Take it back."):
+        assert words in mine
+    assert " disabled>" in card_html(BoardView("c", None, 0, "no board was found in it"), "", 0.2)
+    assert ">54 corners<" in card_html(BoardView("d", None, 54), "", 0)
 
 
 def test_coverage_counts_views_and_says_what_is_wanted():

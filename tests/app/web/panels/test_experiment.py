@@ -1,5 +1,6 @@
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from datetime import date
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,12 +9,14 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from dockpose.app.experiment import Session
+from dockpose.app.experiment import session as session_module
 from dockpose.app.inputs.pictures import load_dock, sample_path
 from dockpose.app.inputs.received import read_sent
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.state.view import MeasuredPose, open_source
 from dockpose.app.web.app import App
-from dockpose.app.web.panels.experiment import ExperimentPanel
+from dockpose.app.web.panels.experiment import NO_SESSION, ExperimentPanel
 from dockpose.app.web.panels.experiment_rows import BLANK, pages, rows_on_page, session_table, state_html, taken_words
 from dockpose.app.web.server.options import Options
 from dockpose.app.web.widgets import Choices
@@ -53,18 +56,62 @@ def test_outside_text_is_escaped():
 
 
 @pytest.fixture
-def panel(served, tmp_path):
+def start(served, tmp_path):
+    """Starts the program as far as the tab goes; what it returns is closed by its ``closing``, and at the end."""
+    with ExitStack() as end:
+        yield lambda: end.enter_context(started(served[0], tmp_path))
+
+
+@pytest.fixture
+def panel(start):
+    return start()
+
+
+@contextmanager
+def started(server, folder):
     told = []
 
     def notify(title, sentence, colour, client):
         told.append((title, sentence))
 
     with ExitStack() as closing:
-        app: Any = SimpleNamespace(options=Options(sessions=tmp_path), notify=notify, choices=Choices())
-        app.server, app.change, app.closing = served[0], None, closing
+        app: Any = SimpleNamespace(options=Options(sessions=folder), notify=notify, choices=Choices())
+        app.server, app.change, app.closing = server, None, closing
         app.attempt, app.refuse = partial(App.attempt, app), partial(App.refuse, app)
         made = ExperimentPanel(app)
-        yield SimpleNamespace(panel=made, told=told, client=SimpleNamespace(), folder=tmp_path)
+        yield SimpleNamespace(panel=made, told=told, client=SimpleNamespace(), folder=folder, closing=closing)
+
+
+def test_after_a_restart_the_last_session_of_today_goes_on(start, monkeypatch):
+    def take(one, name=""):
+        one.panel.show(analyse(open_source(None, None, None)))
+        one.panel._name.value = name
+        one.panel.take(one.client)
+        one.closing.close()
+        return one.panel._session.record.name, one.panel._rows()[-1].number
+
+    first = start()
+    today, number = take(first)
+    assert number == 1
+    assert take(start()) == (today, 2)
+    assert take(start(), "other tank") == ("other_tank", 1)
+    last = start()
+    assert take(last) == ("other_tank", 2)  # which was changed last
+    assert "Going on with other_tank." in last.panel._words.content or last.told
+    with Session.open(first.folder / "other_tank"):  # another program has it
+        assert take(start()) == (today, 3)
+    monkeypatch.setattr(session_module.datetime, "date", SimpleNamespace(today=lambda: date(2001, 2, 3)))
+    assert take(start()) == ("2001-02-03", 1)
+
+
+def test_a_session_that_was_put_away_is_not_taken_up_again(panel):
+    panel.panel.show(analyse(open_source(None, None, None)))
+    panel.panel.take(panel.client)
+    panel.panel._choice.value = NO_SESSION
+    panel.panel._open_chosen(panel.client)
+    panel.panel.take(panel.client)
+    assert [row.number for row in panel.panel._rows()] == [1]
+    assert len(list(panel.folder.iterdir())) == 2
 
 
 def test_what_is_taken_is_what_is_shown(panel):

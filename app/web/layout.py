@@ -30,10 +30,10 @@ TABS: dict[str, tuple[type[Panel], ...]] = {
     "Export": (ExportPanel,),
 }
 # Which panels show a result before its data are sent, and after; the most urgent first.
-FIRST = PicturePanel, SequencePanel, DetectPanel, PosePanel
+FIRST = PicturePanel, SequencePanel, ChipsPanel, DetectPanel, PosePanel
 LATER = (
     *(SourcePanel, SimulatorPanel, *TABS["Tank"], SettingsPanel, ExperimentPanel, ExportPanel),
-    *(ViewpointPanel, ChipsPanel, ComparePanel),
+    *(ViewpointPanel, ComparePanel),
 )
 Kind = TypeVar("Kind", bound=Panel)
 
@@ -79,6 +79,7 @@ class Layout:
             self._made[ChipsPanel] = ChipsPanel(app)
             wished: Acts = {
                 wish_to("take"): lambda wish, client: self.of(ExperimentPanel).take(client),
+                wish_to("chip", label=str): lambda wish, client: self.of(ChipsPanel).press(wish.label, client),
                 wish_to("zip"): lambda wish, client: self.of(ExportPanel).save_all(client),
                 wish_to("compare"): lambda wish, client: self.of(ComparePanel).compare(),
                 wish_to("use", method=str): lambda wish, client: self.of(ComparePanel).use(wish.method, client),

@@ -19,6 +19,8 @@ from dockpose.app.web.widgets import App, Change, Client, Panel
 from dockpose.camera.image import to_levels
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.known import KnownPose
 from dockpose.thresholds import LEVELS, METHODS, Histogram, Threshold
 
 _JPEG_QUALITY = 85
@@ -35,6 +37,7 @@ _COLOURS = {
     "pose": colours.POSE_COLOURS[0],
     "pose-a": colours.POSE_COLOURS[0],
     "pose-b": colours.POSE_COLOURS[1],
+    "truth": colours.TRUTH_COLOUR,
     "threshold": colours.THRESHOLD_COLOUR,
     "peaks": colours.PEAKS_COLOUR,
     "groups": colours.GROUPS_COLOUR,
@@ -137,18 +140,18 @@ def pose_numbers(analysis: Analysis) -> dict[str, Any]:
         "frame": None if tracked is None else tracked.frame.index + 1,
         "ellipse": None if ellipse is None else _points([ellipse])[0],
         "centre": None if centre is None or not np.isfinite(centre).all() else _points([centre])[0],
-        "poses": [_pose(index, found) for index in range(len(found.candidates))],
+        "poses": [_pose(*named, found) for named in zip(POSE_NAMES, found.candidates, strict=False)],
+        "truth": None if analysis.view.truth is None else _pose("Truth", analysis.view.truth, found),
         "masks": [list(mask) for mask in found.settings.masks],
         "cmPerPx": None if bar is None else 100 * bar[0] / bar[1],
         "scale": None if bar is None else {"words": length_words(bar[0]), "px": bar[1]},
     }
 
 
-def _pose(index: int, found: Estimate) -> dict[str, Any]:
-    pose = found.candidates[index]
+def _pose(name: str, pose: CirclePose | KnownPose, found: Estimate) -> dict[str, Any]:
     outline, axes, normal = geometry.pose_lines(pose, found)
     return {
-        "name": POSE_NAMES[index],
+        "name": name,
         "chosen": pose is found.selected,
         "outline": _points(outline),
         "axes": [_points(ends) for ends in axes],
@@ -163,7 +166,7 @@ def _groups(found: Estimate) -> list[dict[str, Any]]:
     labels, outward = [""] * count, np.zeros((count, 2))
     for index, label, way in geometry.light_labels(found):
         labels[index], outward[index] = label, way
-    radii = np.round(2 * np.sqrt(found.markers.areas_px / math.pi), 2).tolist()
+    radii = np.round(geometry.light_radii(found), 2).tolist()
     places = _points(found.markers.points_px), radii, geometry.on_ring(found).tolist()
     parts = zip(*places, labels, _points(outward), found.markers.boxes_px.astype(int).tolist(), strict=True)
     return [dict(zip(_GROUP, part, strict=True)) for part in parts]

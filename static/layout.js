@@ -84,7 +84,7 @@ const PANES = "dockpose panes";
 const panes = { right: null, scene: null, away: [], ...JSON.parse(localStorage.getItem(PANES) ?? "{}") };
 const BARS = { // what each sizes, from the pointer, as a share of the window
   right: { least: 0.2, most: 0.6, of: (event) => 1 - event.clientX / innerWidth },
-  scene: { least: 0.12, most: 0.6, of: (event) => (event.clientY - document.getElementById("root").offsetTop) / innerHeight },
+  scene: { least: 0.12, most: 0.6, of: (event) => (event.clientY - viserPage.top()) / innerHeight },
 };
 
 function layPanes() {

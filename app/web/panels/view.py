@@ -55,7 +55,7 @@ class PicturePanel(Panel):
         self._serials, self._picture_serial = itertools.count(1), 0
         self._sent: np.ndarray | None = None
         self._is_exact = False
-        self._numbers, self._histogram, self._lights = HistogramNumbers(), {}, {}
+        self._numbers, self._histogram, self._lights, self._truth = HistogramNumbers(), {}, {}, {}
         show = {wish_to("methods", shown=bool): lambda wish, client: self._show_methods(wish.shown)}
         wishes = WishBox(self.gui, "Done in the picture", {**acts_in_picture(self.change), **show})
         self.gui.add_html(f'<dockpose-picture channel="{wishes.channel}" style="{LOOK}"></dockpose-picture>')
@@ -71,7 +71,9 @@ class PicturePanel(Panel):
             self._picture.content = data_html("picture", picture_data(image, self._picture_serial, self._is_exact))
         if last is None or not _has_same_lights(last.estimate, analysis.estimate):
             self._lights = lights_numbers(analysis.estimate)
-        numbers = self._lights | pose_numbers(analysis)
+        if last is None or _truth_of(last) != _truth_of(analysis):
+            self._truth = truth_numbers(analysis)
+        numbers = self._lights | self._truth | pose_numbers(analysis)
         self.app.live.put(picture=self._picture_serial, overlay=numbers, isPlaying=is_playing)
         histogram = self._numbers.of(analysis, is_playing=is_playing)
         if histogram is not None and histogram != self._histogram:
@@ -141,11 +143,16 @@ def pose_numbers(analysis: Analysis) -> dict[str, Any]:
         "ellipse": None if ellipse is None else _points([ellipse])[0],
         "centre": None if centre is None or not np.isfinite(centre).all() else _points([centre])[0],
         "poses": [_pose(*named, found) for named in zip(POSE_NAMES, found.candidates, strict=False)],
-        "truth": None if analysis.view.truth is None else _pose("Truth", analysis.view.truth, found),
         "masks": [list(mask) for mask in found.settings.masks],
         "cmPerPx": None if bar is None else 100 * bar[0] / bar[1],
         "scale": None if bar is None else {"words": length_words(bar[0]), "px": bar[1]},
     }
+
+
+def truth_numbers(analysis: Analysis) -> dict[str, Any]:
+    """Return what is drawn of the true pose, where it is known."""
+    truth = analysis.view.truth
+    return {"truth": None if truth is None else _pose("Truth", truth, analysis.estimate)}
 
 
 def _pose(name: str, pose: CirclePose | KnownPose, found: Estimate) -> dict[str, Any]:
@@ -185,6 +192,10 @@ def _points(points: Any) -> list[list[float]]:
     """Return points (N, 2) as lists, to a hundredth of a pixel; what is not finite is left out."""
     array = np.asarray(points, dtype=float)
     return np.round(array[np.isfinite(array).all(axis=1)], 2).tolist()
+
+
+def _truth_of(analysis: Analysis) -> tuple[Any, ...]:
+    return analysis.view.truth, analysis.view.dock, analysis.view.camera
 
 
 def _histogram_of(analysis: Analysis) -> tuple[Any, ...]:

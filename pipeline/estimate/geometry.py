@@ -51,7 +51,8 @@ def pose_lines(pose: CirclePose | KnownPose, estimate: Estimate) -> tuple[np.nda
         axes = pose.rotation.T
     else:
         axes = rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad).T
-    plane, normal = estimate.dock.radius * axes[:2], -_NORMAL_RADII * estimate.dock.radius * axes[2]
+    radius = estimate.dock.radius
+    plane, normal = radius * axes[:2], -_NORMAL_RADII * radius * axes[2]
     ends = np.array([-plane[0], plane[0], -plane[1], plane[1], np.zeros(3), normal])
     points_px = estimate.camera.project(np.asarray(pose.position_m) + np.concatenate([_ON_CIRCLE @ plane, ends]))
     return points_px[:-6], points_px[-6:-2].reshape(2, 2, 2), points_px[-2:]

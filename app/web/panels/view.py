@@ -7,7 +7,7 @@ from typing import Any
 
 import cv2
 import numpy as np
-from dockpose import Estimate
+from dockpose import Camera, Estimate
 from dockpose.app.drawing import colours
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import length_words
@@ -143,10 +143,19 @@ def pose_numbers(analysis: Analysis) -> dict[str, Any]:
         "ellipse": None if ellipse is None else _points([ellipse])[0],
         "centre": None if centre is None or not np.isfinite(centre).all() else _points([centre])[0],
         "poses": [_pose(*named, found) for named in zip(POSE_NAMES, found.candidates, strict=False)],
+        "dockRadius": found.dock.radius,
+        "plane": _plane(found.camera),
         "masks": [list(mask) for mask in found.settings.masks],
         "cmPerPx": None if bar is None else 100 * bar[0] / bar[1],
         "scale": None if bar is None else {"words": length_words(bar[0]), "px": bar[1]},
     }
+
+
+def _plane(camera: Camera) -> list[list[float]]:
+    """The corners of the picture plane a metre ahead of the camera, in metres."""
+    left, right = -camera.cx / camera.fx, (camera.width - camera.cx) / camera.fx
+    top, bottom = -camera.cy / camera.fy, (camera.height - camera.cy) / camera.fy
+    return [[left, top, 1.0], [right, top, 1.0], [right, bottom, 1.0], [left, bottom, 1.0]]
 
 
 def truth_numbers(analysis: Analysis) -> dict[str, Any]:
@@ -157,7 +166,9 @@ def truth_numbers(analysis: Analysis) -> dict[str, Any]:
 
 def _pose(name: str, pose: CirclePose | KnownPose, found: Estimate) -> dict[str, Any]:
     outline, axes, normal = geometry.pose_lines(pose, found)
+    facing = -pose.rotation[:, 2] if isinstance(pose, KnownPose) else pose.normal
     return {
+        "place": np.round([*pose.position_m, *facing], 4).tolist(),
         "name": name,
         "chosen": pose is found.selected,
         "outline": _points(outline),

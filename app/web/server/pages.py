@@ -15,7 +15,7 @@ _FIRST_SCRIPTS = ("viser.js", "layout.js")
 _SCRIPTS = ("page.js", "connection.js")
 _MODULES = (
     *("link.js", "frame.js", "viewport.js", "overlay.js", "pixels.js", "tools.js", "flat.js"),
-    *("picture.js", "histogram.js", "jobs.js", "compare.js", "timeline.js"),
+    *("picture.js", "histogram.js", "jobs.js", "compare.js", "timeline.js", "scene.js"),
 )
 _STUDY = "<!-- study.html -->"  # where it stands in the help
 _ICON = '<link rel="icon" type="image/svg+xml" href="/icon.svg" />'

@@ -57,11 +57,16 @@ def test_light_drawing_stands_for_the_3d_view_while_playing_without_a_graphics_c
     assert drawing.is_hidden()
     sequence.press("Play")
     sequence.until(lambda: drawing.is_visible() and drawing.locator(".disc").count() == 2)
-    pane = sequence.page.locator("canvas[data-engine]").bounding_box()
-    for part in drawing.locator(".disc, .plane").all():
-        place = part.bounding_box()
-        assert pane["x"] <= place["x"] <= place["x"] + place["width"] <= pane["x"] + pane["width"]
-        assert pane["y"] <= place["y"] <= place["y"] + place["height"] <= pane["y"] + pane["height"]
+    pane, *parts = drawing.evaluate(
+        """(one) => [one, ...one.querySelectorAll(".disc, .plane")].map((part) => {
+          const { left, top, right, bottom } = part.getBoundingClientRect();
+          return [left, top, right, bottom];
+        })"""
+    )
+    assert len(parts) == 3
+    for left, top, right, bottom in parts:
+        assert pane[0] <= left < right <= pane[2]
+        assert pane[1] <= top < bottom <= pane[3]
     assert drawing.locator(".disc.face.chosen").count() == 1  # the face looks at the camera, and so at the eye
     first = drawing.locator(".disc.chosen").get_attribute("d")
     sequence.until(lambda: drawing.locator(".disc.chosen").get_attribute("d") != first)

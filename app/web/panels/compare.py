@@ -71,7 +71,10 @@ def method_words(found: Estimate, view: View) -> dict[str, Any]:
     lines = [
         ("Level", level),
         ("Groups, lights", f"{groups}, {found.lights_on_ring or 0}"),
-        ("Time", f"{number(found.elapsed_ms)} ms"),
+        (
+            "Time",
+            f"{number(found.elapsed_ms)} ms" if found.elapsed_ms < 1000 else f"{number(found.elapsed_ms / 1000)} s",
+        ),
     ]
     pose = found.selected
     if pose is None:

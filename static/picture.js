@@ -80,6 +80,7 @@ class Picture extends HTMLElement {
     const help = make("a", { href: "/help#view", target: "_blank", rel: "noopener" }, "Help");
     this.append(this.stage, make("div", { class: "tools" }, kinds, tools, help, this.frameLabel), zoom, layers);
     this.tools = new Tools(this);
+    for (const group of this.querySelectorAll(".group, .zoom")) this.passOn(group);
     this.keys = this.keysOfButtons();
     this.addEventListener("keydown", (event) => event.key !== "Tab" && event.target !== this.stage && this.keyOnButton(event));
     this.show("annotated");
@@ -97,6 +98,15 @@ class Picture extends HTMLElement {
     Object.assign(names, { "+": "in", "=": "in", "-": "out", f: "fit", 0: "fit", r: "ring", x: "same" });
     for (const [name, [, key]] of Object.entries(LAYERS)) names[key] = `layer-${name}`;
     return Object.fromEntries(Object.entries(names).map(([key, name]) => [key, () => this.buttons[name].click()]));
+  }
+
+  // What lies over the picture hides no pixel from the wheel and the readout.
+  passOn(group) {
+    group.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.stage.dispatchEvent(new WheelEvent("wheel", event));
+    }, { passive: false });
+    group.addEventListener("pointermove", (event) => this.tell(this.viewport.toPicture(this.tools.place(event))));
   }
 
   // On a button, Enter and Space press it; they must not reach the page's own hotkeys.

@@ -2,8 +2,11 @@
 "use strict";
 import { follow, make } from "./link.js";
 import { wish } from "./jobs.js";
+import { outside } from "./overlay.js";
 
 const ICONS = { right: "✓", wrong: "✕", found: "●" };
+const MOST_CROSSES = 40; // of groups that are no lights: more would hide the pixels
+const DIM = 0.45; // what the crop keeps of its brightness, beside the pixels that a method keeps
 const ENLARGED = 2; // pixels of a canvas for one of the crop, so that lines are thin
 
 class Compare extends HTMLElement {
@@ -65,15 +68,27 @@ class Compare extends HTMLElement {
       card.setAttribute("aria-pressed", String(isInUse));
       const other = card.dataset.method === state.stepsIn ? "Steps in" : "Use";
       card.querySelector(".use").textContent = isInUse ? "In use" : other;
+      this.tellVerdict(card, isInUse && state.stepsIn !== null);
     }
+  }
+
+  // What a card found; of the method in use that found nothing while another did, just that.
+  tellVerdict(card, isStandIn) {
+    const method = this.found.methods.find((one) => one.name === card.dataset.method);
+    const other = this.found.methods.find((one) => one.name === this.state.stepsIn);
+    const isTold = isStandIn && other !== undefined && !this.state.isOld;
+    const words = isTold ? `Found no dock by itself: ${other.label} stepped in, and its result is what is shown.` : method.verdict;
+    const kind = isTold ? "found" : method.kind;
+    const verdict = card.querySelector(".verdict");
+    verdict.className = `verdict ${kind}`;
+    verdict.replaceChildren(make("span", { "aria-hidden": "true" }, `${ICONS[kind]} `), words);
   }
 
   card(method) {
     const canvas = make("canvas", { width: ENLARGED * this.found.width, height: ENLARGED * this.found.height });
     canvas.setAttribute("aria-hidden", "true");
     const title = make("div", { class: "title" }, make("b", {}, method.label), make("span", { class: "use" }, "Use"));
-    const icon = make("span", { "aria-hidden": "true" }, `${ICONS[method.kind]} `);
-    const verdict = make("div", { class: `verdict ${method.kind}` }, icon, method.verdict);
+    const verdict = make("div", { class: "verdict" });
     const lines = method.lines.map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value)));
     const look = { type: "button", class: "card", "data-method": method.name, "data-kind": method.kind };
     const card = make("button", look, title, canvas, verdict, make("dl", {}, ...lines));
@@ -81,18 +96,20 @@ class Compare extends HTMLElement {
     return card;
   }
 
-  // The crop, with the pixels that are kept, the ellipse, the dock by the chosen pose, and the groups.
+  // The crop, dim, with the pixels that are kept; around them circles, and lines that stop at these.
   draw(crop, method, index) {
     const canvas = this.cards.children[index]?.querySelector("canvas");
     if (!canvas || this.found.methods[index] !== method) return;
     const context = canvas.getContext("2d");
-    const { width } = this.found;
+    const { width, height } = this.found;
     const colour = (name) => getComputedStyle(this).getPropertyValue(`--${name}`).trim();
     context.scale(ENLARGED, ENLARGED);
     context.imageSmoothingEnabled = false;
+    context.fillRect(0, 0, width, height);
+    context.globalAlpha = DIM;
     context.drawImage(crop, 0, 0);
+    context.globalAlpha = 1;
     context.fillStyle = colour("kept");
-    context.globalAlpha = 0.55;
     for (const [start, length] of method.kept) {
       for (let at = start; at < start + length;) {
         const run = Math.min(start + length - at, width - (at % width));
@@ -100,32 +117,40 @@ class Compare extends HTMLElement {
         at += run;
       }
     }
-    context.globalAlpha = 1;
-    context.lineWidth = Math.max(1, width / 130);
-    outline(context, method.ellipse, colour("ellipse"));
-    outline(context, method.dock, colour("pose"));
-    const size = Math.max(4, width / 40);
-    method.groups.forEach(([x, y], number) => {
-      const isLight = method.onRing[number];
-      context.strokeStyle = colour(isLight ? "light" : "dropped");
+    context.lineWidth = Math.max(1, width / 200);
+    const least = Math.max(4, width / 50);
+    const holes = method.groups.map(([x, y], number) => [x, y, Math.max(least, method.radii[number])]);
+    const lights = holes.filter((_, number) => method.onRing[number]);
+    const others = holes.filter((_, number) => !method.onRing[number]).map(([x, y, radius]) => [x, y, Math.min(radius, 2 * least)]);
+    outline(context, method.dock, lights, colour("pose"));
+    outline(context, method.ellipse, lights, colour("ellipse"));
+    context.strokeStyle = colour("light");
+    for (const [x, y, radius] of lights) {
       context.beginPath();
-      if (isLight) context.arc(x, y, size, 0, 2 * Math.PI);
-      else for (const [a, b] of [[-1, -1], [-1, 1]]) {
-        context.moveTo(x + 0.7 * a * size, y + 0.7 * b * size);
-        context.lineTo(x - 0.7 * a * size, y - 0.7 * b * size);
-      }
+      context.arc(x, y, radius, 0, 2 * Math.PI);
       context.stroke();
-    });
+    }
+    context.strokeStyle = colour("dropped");
+    context.beginPath();
+    for (const [x, y, radius] of others.length > MOST_CROSSES ? [] : others) {
+      for (const way of [-0.7 * radius, 0.7 * radius]) {
+        context.moveTo(x + way, y - Math.abs(way));
+        context.lineTo(x - way, y + Math.abs(way));
+      }
+    }
+    context.stroke();
     canvas.dataset.drawn = String(method.groups.length);
   }
 }
 
-function outline(context, points, colour) {
+function outline(context, points, holes, colour) {
   if (points.length < 2) return;
   context.strokeStyle = colour;
   context.beginPath();
-  points.forEach(([x, y], index) => (index === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
-  context.closePath();
+  for (const [first, ...rest] of outside([...points, points[0]], holes)) {
+    context.moveTo(...first);
+    for (const point of rest) context.lineTo(...point);
+  }
   context.stroke();
 }
 

@@ -5,7 +5,10 @@ import { Flat } from "./flat.js";
 import { follow, make, makeSvg, send } from "./link.js";
 
 const LEVELS = 256;
-const [LEFT, RIGHT, TOP, BOTTOM] = [52, 34, 18, 20]; // around the plot: pixels, groups, votes, levels
+const [LEFT, RIGHT] = [52, 34]; // beside the plot: pixels and groups
+const ROOMY = { top: 15, bottom: 15 }; // above and beneath it: votes and levels
+const SMALL = { top: 6, bottom: 2 }; // while a time line has their room
+const SMALL_PX = 60;
 const ONE = 0.25; // of a decade: how high a single pixel stands, so that it is seen
 const LETTER_PX = 7;
 const GRIP_PX = 16; // to either side of the threshold's line
@@ -33,7 +36,7 @@ class Histogram extends HTMLElement {
     this.button = make("button", { type: "button", "aria-pressed": "false", title: "Mark the level of every method" }, "Other methods");
     this.button.addEventListener("click", () => this.askForMethods());
     this.flat = new Flat(this.plot);
-    this.append(make("div", { class: "plots" }, this.plot, this.flat.canvas, this.grip), make("div", { class: "below" }, this.readout, this.button));
+    this.append(make("div", { class: "plots" }, this.plot, this.flat.canvas, this.grip), make("div", { class: "beside" }, this.readout, this.button));
     this.grip.addEventListener("pointerdown", (event) => this.grasp(event));
     this.grip.addEventListener("pointermove", (event) => this.dragged !== null && this.drag(event));
     for (const name of ["pointerup", "pointercancel"]) this.grip.addEventListener(name, () => this.letGo());
@@ -136,11 +139,14 @@ class Histogram extends HTMLElement {
     const { clientWidth, clientHeight } = this.plot;
     if (this.data === null || clientWidth === 0) return;
     [this.wide, this.high] = [clientWidth - LEFT - RIGHT, clientHeight];
+    this.isSmall = clientHeight < SMALL_PX;
+    this.toggleAttribute("data-small", this.isSmall);
+    this.margin = this.isSmall ? SMALL : ROOMY;
     const most = Math.max(...this.data.counts, 1);
     this.decades = Math.ceil(2 * Math.log10(most) + 0.2) / 2; // in halves, so that it seldom moves
     this.groupsTop = this.data.groupsTop;
-    this.pointer = makeSvg("path", { d: `M0 ${TOP}V${this.high - BOTTOM}`, class: "pointer", transform: "translate(-10 0)" });
-    this.parts = [...this.axes(), this.bars(), this.groups(), ...this.votes(), ...this.marks()];
+    this.pointer = makeSvg("path", { d: `M0 ${this.margin.top}V${this.bottom}`, class: "pointer", transform: "translate(-10 0)" });
+    this.parts = [...(this.isSmall ? [] : this.axes()), this.bars(), this.groups(), ...(this.isSmall ? [] : this.votes()), ...this.marks()];
     this.plot.replaceChildren(...(this.isPlaying ? [] : [...this.parts, this.pointer, this.moving]));
     this.drawLine();
   }
@@ -157,32 +163,39 @@ class Histogram extends HTMLElement {
     this.tell();
   }
 
+  // The base of the bars, from above.
+  get bottom() {
+    return this.high - this.margin.bottom;
+  }
+
   // Height of a number of pixels, by decades; of a number of groups, evenly.
   y(count) {
     const share = count <= 0 ? 0 : (Math.log10(count) + ONE) / (this.decades + ONE);
-    return this.high - BOTTOM - share * (this.high - TOP - BOTTOM);
+    return this.bottom - share * (this.bottom - this.margin.top);
   }
   yOfGroups(groups) {
-    return this.high - BOTTOM - Math.min(groups / this.groupsTop, 1) * (this.high - TOP - BOTTOM);
+    return this.bottom - Math.min(groups / this.groupsTop, 1) * (this.bottom - this.margin.top);
   }
 
   axes() {
     const parts = [];
-    const step = Math.ceil((14 * (this.decades + ONE)) / (this.high - TOP - BOTTOM)); // decades between two labels
+    const step = Math.ceil((9.4 * (this.decades + ONE)) / (this.bottom - this.margin.top)); // decades between two labels
     for (let power = 0; power <= this.decades; power += step) {
       const y = this.y(10 ** power);
-      parts.push(makeSvg("path", { d: `M${LEFT} ${y}h${this.wide}`, class: "rule" }), label(String(10 ** power), LEFT - 5, y + 4, "end"));
+      parts.push(makeSvg("path", { d: `M${LEFT} ${y}h${this.wide}`, class: "rule" }));
+      const isFree = this.data.peaks.length === 0 || y > this.margin.top + 8; // of the word above
+      if (isFree) parts.push(label(String(10 ** power), LEFT - 5, y + 4, "end"));
     }
     for (const groups of [0, this.groupsTop / 2, this.groupsTop]) {
       parts.push(label(String(groups), LEFT + this.wide + 5, this.yOfGroups(groups) + 4, "start", "groups"));
     }
-    for (let level = 0; level <= 200; level += 50) parts.push(label(String(level), this.x(level + 0.5), this.high - 5));
-    parts.push(label("255", this.x(255.5), this.high - 5));
+    for (let level = 0; level <= 200; level += 50) parts.push(label(String(level), this.x(level + 0.5), this.high - 3));
+    parts.push(label("255", this.x(255.5), this.high - 3));
     return parts;
   }
 
   bars() {
-    const base = this.high - BOTTOM;
+    const base = this.bottom;
     const tops = this.data.counts.map((count, level) => `L${this.x(level).toFixed(1)} ${this.y(count).toFixed(1)}H${this.x(level + 1).toFixed(1)}`);
     return makeSvg("path", { d: `M${LEFT} ${base}${tops.join("")}V${base}Z`, class: "bars" });
   }
@@ -227,8 +240,8 @@ class Histogram extends HTMLElement {
       let row = rows.findIndex((taken) => taken.every(([start, end]) => to < start || from > end));
       if (row < 0) row = rows.push([]) - 1;
       rows[row].push([from, to]);
-      const y = TOP + 14 + 14 * row;
-      const mark = makeSvg("g", { "data-method": name, class: "method" }, makeSvg("path", { d: `M${x} ${TOP}V${this.high - BOTTOM}` }));
+      const y = this.margin.top + 12 + 13 * row;
+      const mark = makeSvg("g", { "data-method": name, class: "method" }, makeSvg("path", { d: `M${x} ${this.margin.top}V${this.bottom}` }));
       mark.append(label(name, isLeft ? x - 3 : x + 3, y, isLeft ? "end" : "start"), makeSvg("title", {}, `${name}: level ${level}`));
       parts.push(mark);
     }
@@ -238,7 +251,7 @@ class Histogram extends HTMLElement {
   line() {
     if (this.level >= LEVELS) return [];
     const x = this.x(this.level + 0.5);
-    return [makeSvg("path", { d: `M${x} ${TOP - 4}V${this.high - BOTTOM}`, class: "threshold" }), makeSvg("path", { d: `M${x - 6} ${TOP - 4}h12l-6 8Z`, class: "handle" })];
+    return [makeSvg("path", { d: `M${x} ${this.margin.top - 4}V${this.bottom}`, class: "threshold" }), makeSvg("path", { d: `M${x - 6} ${this.margin.top - 4}h12l-6 8Z`, class: "handle" })];
   }
 }
 

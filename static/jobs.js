@@ -1,4 +1,5 @@
-// The bar of main jobs, and the channel by which it and the other elements of the modes tell what is wished.
+// The row beneath the strip, of a fixed height: the chips, what there is to say, and the main jobs; and the channel by
+// which it and the other elements of the modes tell what is wished.
 "use strict";
 import { follow, hideBoxBefore, make, newNumber, sendTo } from "./link.js";
 
@@ -86,12 +87,42 @@ class Jobs extends HTMLElement {
   connectedCallback() {
     channel = this.getAttribute("channel");
     hideBoxBefore(this);
-    if (this.children.length > 0) return;
+    if (this.chips === undefined) this.build();
+    this.end = follow("frame", ({ chips }) => this.take(chips));
+    requestAnimationFrame(() => this.fetchWords());
+  }
+
+  disconnectedCallback() {
+    this.end();
+  }
+
+  build() {
+    this.chips = make("div", { class: "chips" });
+    this.words = make("div", { class: "words", tabindex: "0", title: "All of it is shown while the pointer or the focus is here." });
     this.append(
+      this.chips, this.words,
       this.button("Take (T)", "Log this frame: a row of the session, on the disk at once. Key: T.", take),
       this.button("Play", "Open a video or a simulated course, and play it.", () => this.openPlay()),
       this.button("Everything as ZIP", "Save all that is known of this frame as one ZIP file.", () => wish({ do: "zip" })),
+      make("button", { type: "button", "data-pane": "scene", title: "Show the 3D view, or put it away." }, "3D"),
     );
+    paneButton(this.lastElementChild);
+  }
+
+  // What there is to say comes with each frame, to a place of its own that stands before this one.
+  fetchWords() {
+    const words = document.querySelector("dockpose-live[name=status]");
+    if (words !== null && words.parentElement !== this.words) this.words.append(words);
+  }
+
+  take(chips) {
+    if (JSON.stringify(chips) === this.shown) return;
+    this.shown = JSON.stringify(chips);
+    this.chips.replaceChildren(...chips.map(([label, hint]) => {
+      const chip = this.button(label, `${label}: ${hint}`, () => wish({ do: "chip", label }));
+      chip.className = "chip";
+      return chip;
+    }));
   }
 
   button(words, hint, act) {

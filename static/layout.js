@@ -53,15 +53,16 @@ function addParts() {
 document.documentElement.dataset.tab = "picture";
 document.addEventListener("DOMContentLoaded", addParts);
 
-// The picture takes the height that the rest of its panel leaves, as far as it needs it, and its histogram the rest.
+// The picture is shown as large as the window lets it, and its histogram has the height that it leaves.
 const LEAST_PICTURE_PX = 190;
-const [LEAST_PLOT_PX, MOST_PLOT_PX, PLOT_SHARE] = [128, 320, 0.24]; // the least has room for every decade
+const [LEAST_PLOT_PX, SMALL_PLOT_PX, MOST_PLOT_PX] = [90, 36, 300]; // the least has room for every decade
 
-// Heights of picture and histogram, where both together may have `free`, and the picture is seen whole at `whole`.
-function shares(free, whole) {
-  const plot = Math.max(LEAST_PLOT_PX, Math.round(PLOT_SHARE * free));
-  const picture = Math.max(LEAST_PICTURE_PX, Math.min(free - plot, whole));
-  return [picture, Math.min(Math.max(free - picture, LEAST_PLOT_PX), MOST_PLOT_PX)];
+// Heights of picture and histogram, where both together may have `free`, and the picture is seen whole at `whole`;
+// while a time line takes its room, the histogram is small.
+function shares(free, whole, isPlayed) {
+  const least = isPlayed ? SMALL_PLOT_PX : LEAST_PLOT_PX;
+  const plot = Math.max(least, Math.min(free - whole, MOST_PLOT_PX));
+  return [Math.max(LEAST_PICTURE_PX, free - plot), plot];
 }
 
 function share(picture) {
@@ -70,12 +71,65 @@ function share(picture) {
   if (!panel || !plot || stage.clientWidth === 0) return; // its tab is closed
   const taken = panel.firstElementChild.offsetHeight - stage.offsetHeight - plot.clientHeight;
   const { width, height } = picture.viewport;
-  const [high, low] = shares(panel.clientHeight - taken, Math.round((stage.clientWidth * height) / width));
-  const { style } = document.documentElement;
+  const { style, dataset } = document.documentElement;
+  const whole = Math.round((stage.clientWidth * height) / width);
+  const [high, low] = shares(panel.clientHeight - taken, whole, "sequence" in dataset);
   for (const [name, height] of [["--stage-height", `${high}px`], ["--plot-height", `${low}px`]]) {
     if (style.getPropertyValue(name) !== height) style.setProperty(name, height); // it has the whole page styled anew
   }
 }
+
+// Two bars to drag between picture, 3D view and tools, and panes that are put away: each browser remembers its own.
+const PANES = "dockpose panes";
+const panes = { right: null, scene: null, away: [], ...JSON.parse(localStorage.getItem(PANES) ?? "{}") };
+const BARS = { // what each sizes, from the pointer, as a share of the window
+  right: { least: 0.2, most: 0.6, of: (event) => 1 - event.clientX / innerWidth },
+  scene: { least: 0.12, most: 0.6, of: (event) => (event.clientY - viserPage.top()) / innerHeight },
+};
+
+function layPanes() {
+  const { style, dataset } = document.documentElement;
+  for (const [name, unit] of [["right", "vw"], ["scene", "vh"]]) {
+    if (panes[name] === null) style.removeProperty(`--${name}-wish`);
+    else style.setProperty(`--${name}-wish`, `${(100 * panes[name]).toFixed(2)}${unit}`);
+  }
+  dataset.away = panes.away.join(" ");
+  for (const button of document.querySelectorAll("[data-pane]")) {
+    button.setAttribute("aria-pressed", String(!panes.away.includes(button.dataset.pane)));
+  }
+}
+
+function keepPanes(change) {
+  Object.assign(panes, change);
+  localStorage.setItem(PANES, JSON.stringify(panes));
+  layPanes();
+}
+
+function togglePane(name) {
+  const rest = panes.away.filter((one) => one !== name);
+  keepPanes({ away: rest.length < panes.away.length ? rest : [...rest, name] });
+}
+
+function paneButton(button) {
+  button.addEventListener("click", () => togglePane(button.dataset.pane));
+  layPanes();
+}
+
+function addBar(name) {
+  const bar = document.createElement("div");
+  bar.id = `bar-${name}`;
+  [bar.role, bar.title] = ["separator", "Drag to share the room; double click puts away what is beyond, or brings it back."];
+  bar.addEventListener("pointerdown", (event) => event.button === 0 && bar.setPointerCapture(event.pointerId));
+  bar.addEventListener("pointermove", (event) => {
+    if (!bar.hasPointerCapture(event.pointerId) || panes.away.includes(name)) return;
+    const { least, most, of } = BARS[name];
+    keepPanes({ [name]: Math.min(Math.max(of(event), least), most) });
+  });
+  bar.addEventListener("dblclick", () => togglePane(name));
+  document.body.append(bar);
+}
+layPanes();
+document.addEventListener("DOMContentLoaded", () => Object.keys(BARS).forEach(addBar));
 
 // viser makes its panels anew when it connects again, so the picture is looked for whenever the page changes.
 let shared = null;

@@ -2,27 +2,67 @@
 "use strict";
 import { makeSvg } from "./link.js";
 
-const LEAST_RADIUS_PX = 8;
+const LEAST_RADIUS_PX = 6;
 
-// The elements of the overlay. `shown` is "annotated", "thresholded" or "original".
-export function overlayParts(overlay, viewport, shown) {
-  const parts = [];
-  if (shown !== "original") {
-    overlay.masks.forEach((mask, index) => parts.push(drawMask(mask, index, viewport)));
-    if (shown === "annotated") parts.push(...drawRing(overlay, viewport));
-    if (shown === "annotated") parts.push(...[...overlay.poses].reverse().map((pose) => drawPose(pose, viewport)));
-    overlay.groups.forEach((group) => parts.push(drawGroup(group, viewport, shown)));
-    if (shown === "annotated") {
-      parts.push(...drawCentres(overlay, viewport), ...drawScale(overlay, viewport));
-    }
-  }
-  return parts;
+// The elements of the overlay. `shown` is "annotated", "thresholded" or "original"; of what is annotated, `layers` are
+// drawn. No line runs through a light: all stop at its circle, which is empty.
+export function overlayParts(overlay, viewport, shown, layers) {
+  if (shown === "original") return [];
+  const parts = overlay.masks.map((mask, index) => drawMask(mask, index, viewport));
+  const groups = layers.has("lights") ? overlay.groups.map((group) => drawGroup(group, viewport, shown)) : [];
+  if (shown !== "annotated") return [...parts, ...groups];
+  const lights = overlay.groups.filter((group) => group.onRing);
+  const holes = lights.map((group) => [...viewport.toStage(group.at), radiusOf(group, viewport)]);
+  const poses = [...overlay.poses].reverse().filter((pose) => layers.has(pose.name.toLowerCase()));
+  if (overlay.truth !== null && layers.has("truth")) parts.push(drawPose(overlay.truth, viewport, holes));
+  parts.push(...poses.map((pose) => drawPose(pose, viewport, holes)));
+  if (layers.has("ellipse")) parts.push(...drawRing(overlay, viewport, holes));
+  parts.push(...groups, ...drawCentres(overlay, viewport, layers));
+  return layers.has("scale") ? [...parts, ...drawScale(overlay, viewport)] : parts;
 }
 
-// The path through points of the picture.
-function path(points, viewport, closed = false) {
-  const places = points.map((point) => viewport.toStage(point).map((one) => one.toFixed(2)).join(" "));
-  return places.length < 2 ? "" : `M${places.join("L")}${closed ? "Z" : ""}`;
+function radiusOf(group, viewport) {
+  return Math.max(LEAST_RADIUS_PX, group.radius * viewport.scale);
+}
+
+// What is left of a line through points of the stage outside of round holes (x, y, radius): pieces of it.
+export function outside(points, holes) {
+  const pieces = [];
+  let isOpen = false; // whether the next part goes on where the last one ended
+  points.slice(1).forEach((to, index) => {
+    const from = points[index];
+    const at = (share) => [0, 1].map((part) => from[part] + share * (to[part] - from[part]));
+    const free = freeParts(from, to, holes);
+    for (const [begin, end] of free) {
+      if (begin === 0 && isOpen) pieces.at(-1).push(at(end));
+      else pieces.push([at(begin), at(end)]);
+    }
+    isOpen = free.at(-1)?.[1] === 1;
+  });
+  return pieces;
+}
+
+// The shares of a straight line between which it is in no hole.
+function freeParts(from, to, holes) {
+  const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+  const square = dx * dx + dy * dy;
+  let free = square > 0 ? [[0, 1]] : [];
+  for (const [x, y, radius] of holes) {
+    const [ex, ey] = [from[0] - x, from[1] - y];
+    const middle = -(ex * dx + ey * dy) / square;
+    const half = middle * middle - (ex * ex + ey * ey - radius * radius) / square;
+    if (half <= 0) continue;
+    const [into, out] = [middle - Math.sqrt(half), middle + Math.sqrt(half)];
+    free = free.flatMap(([begin, end]) => [[begin, Math.min(end, into)], [Math.max(begin, out), end]]).filter(([begin, end]) => end > begin);
+  }
+  return free;
+}
+
+// The path through points of the picture, but for the holes.
+function path(points, viewport, holes, closed = false) {
+  const places = [...points, ...(closed ? points.slice(0, 1) : [])].map((point) => viewport.toStage(point));
+  const words = (piece) => `M${piece.map((place) => place.map((one) => one.toFixed(2)).join(" ")).join("L")}`;
+  return outside(places, holes).map(words).join("");
 }
 
 // A line with a dark edge, so that it is seen on a bright picture too.
@@ -43,14 +83,14 @@ function titled(element, text) {
   return element;
 }
 
-function drawRing(overlay, viewport) {
-  return overlay.outline === null ? [] : [titled(line(path(overlay.outline, viewport, true), "ellipse"), "fitted ellipse")];
+function drawRing(overlay, viewport, holes) {
+  return overlay.outline === null ? [] : [titled(line(path(overlay.outline, viewport, holes, true), "ellipse outline"), "fitted ellipse")];
 }
 
 // A light on the ring has a circle and its number; a group that was thrown out has a cross.
 function drawGroup(group, viewport, shown) {
   const [x, y] = viewport.toStage(group.at);
-  const radius = Math.max(LEAST_RADIUS_PX, group.radius * viewport.scale);
+  const radius = radiusOf(group, viewport);
   const place = { class: "group", "data-x": group.at[0], "data-y": group.at[1], transform: `translate(${x} ${y})` };
   if (!group.onRing) {
     const r = 0.7 * radius;
@@ -68,26 +108,26 @@ function drawGroup(group, viewport, shown) {
 }
 
 // A pose's dock: its outline, two diameters, and its normal with the pose's letter at the tip.
-function drawPose(pose, viewport) {
+function drawPose(pose, viewport, holes) {
   const name = `pose-${pose.name.toLowerCase()}${pose.chosen ? " chosen" : ""}`;
-  const parts = pose.axes.map((ends) => line(path(ends, viewport), `${name} thin`));
-  parts.push(line(path(pose.outline, viewport, true), `${name} thin`), line(path(pose.normal, viewport), name));
+  const parts = pose.axes.map((ends) => line(path(ends, viewport, holes), `${name} thin`));
+  parts.push(line(path(pose.outline, viewport, holes, true), name), line(path(pose.normal, viewport, holes), name));
   if (pose.normal.length === 2) {
     const [x, y] = viewport.toStage(pose.normal[1]);
     parts.push(makeSvg("circle", { cx: x, cy: y, r: 4, class: `line tip ${name}` }), words(pose.name, [x + 8, y + 5], "letter", "start"));
   }
-  const group = makeSvg("g", { "data-pose": pose.name }, ...parts);
-  return titled(group, `dock by pose ${pose.name}${pose.chosen ? ", chosen" : ""}`);
+  const group = makeSvg("g", { "data-pose": pose.name, class: pose.chosen || pose.name === "Truth" ? "" : "other" }, ...parts);
+  return titled(group, pose.name === "Truth" ? "dock as it is in truth" : `dock by pose ${pose.name}${pose.chosen ? ", chosen" : ""}`);
 }
 
-function drawCentres(overlay, viewport) {
+function drawCentres(overlay, viewport, layers) {
   const parts = [];
-  if (overlay.ellipse !== null) {
+  if (overlay.ellipse !== null && layers.has("ellipse")) {
     const [x, y] = viewport.toStage(overlay.ellipse);
     const plus = line(`M${x - 7} ${y}H${x + 7}M${x} ${y - 7}V${y + 7}`, "ellipse");
     parts.push(titled(plus, "centre of the ellipse"));
   }
-  if (overlay.centre !== null) {
+  if (overlay.centre !== null && overlay.poses.some((pose) => pose.chosen && layers.has(pose.name.toLowerCase()))) {
     const [cx, cy] = viewport.toStage(overlay.centre);
     const ring = makeSvg("circle", { cx, cy, r: 6, class: "line centre" });
     const group = makeSvg("g", {}, makeSvg("circle", { cx, cy, r: 6, class: "edge" }), ring);

@@ -17,6 +17,15 @@ const KINDS = {
   thresholded: ["Threshold", "The pixels that the threshold keeps. Key: S"],
   original: ["Original", "The picture as received. Key: O"],
 };
+const LAYERS = { // of the annotated picture, each with its key
+  lights: ["Lights", "l"],
+  ellipse: ["Ellipse", "e"],
+  a: ["A", "1"],
+  b: ["B", "2"],
+  truth: ["Truth", "y"],
+  scale: ["Scale", "b"],
+};
+const HIDDEN = "dockpose hidden layers"; // each browser remembers its own
 
 class Picture extends HTMLElement {
   connectedCallback() {
@@ -36,6 +45,8 @@ class Picture extends HTMLElement {
   build() {
     [this.shown, this.isStretched] = ["annotated", false];
     [this.overlay, this.picture, this.grey, this.painted] = [null, null, null, ""];
+    const hidden = JSON.parse(localStorage.getItem(HIDDEN) ?? '["truth"]');
+    this.layers = new Set(Object.keys(LAYERS).filter((name) => !hidden.includes(name)));
     this.viewport = new Viewport();
     this.canvas = make("canvas", { "aria-hidden": "true" });
     this.canvas.getContext("2d", { willReadFrequently: true });
@@ -44,26 +55,32 @@ class Picture extends HTMLElement {
     this.flat = new Flat(this.svg);
     this.readout = make("output", { class: "readout", "aria-label": "pixel under the pointer" });
     this.frameLabel = make("span", { class: "frame" });
-    this.stage = make("div", { class: "stage", tabindex: "0", role: "application" }, this.canvas, this.flat.canvas, this.svg, this.drafts, this.frameLabel, this.readout);
-    this.stage.setAttribute("aria-label", "Picture. Arrows: pan. Plus, minus: zoom. F: fit. R: ring. 1: one to one.");
+    this.stage = make("div", { class: "stage", tabindex: "0", role: "application" }, this.canvas, this.flat.canvas, this.svg, this.drafts, this.readout);
+    this.stage.setAttribute("aria-label", "Picture. Arrows: pan. Plus, minus: zoom. F: fit. R: ring. X: one to one.");
     const show = (kind) => () => this.show(kind);
     this.buttons = {};
     for (const [kind, [text, hint]] of Object.entries(KINDS)) this.addButton(kind, text, hint, show(kind));
     this.addButton("contrast", "Contrast", "Stretch the contrast, to see what is dim. Key: C", () => this.toggleContrast());
     this.addButton("mask", "Mask", "Draw a rectangle that is not looked at. Key: M", () => this.toggleTool("mask"));
-    this.addButton("ruler", "Ruler", "Measure between two points. Key: L", () => this.toggleTool("ruler"));
+    this.addButton("ruler", "Ruler", "Measure between two points. Key: U", () => this.toggleTool("ruler"));
     this.addButton("in", "+", "Zoom in. Key: +", () => this.zoom(ZOOM));
     this.addButton("out", "−", "Zoom out. Key: -", () => this.zoom(1 / ZOOM));
     this.addButton("fit", "Fit", "Show the whole picture. Key: F", () => this.fit());
     this.addButton("ring", "Ring", "Zoom to the ring of lights. Key: R", () => this.zoomToRing());
-    this.addButton("same", "1:1", "A pixel of the picture is one of the screen. Key: 1", () => this.zoom(1 / this.viewport.scale));
+    this.addButton("same", "1:1", "A pixel of the picture is one of the screen. Key: X", () => this.zoom(1 / this.viewport.scale));
+    for (const [name, [text, key]] of Object.entries(LAYERS)) {
+      this.addButton(`layer-${name}`, text, `Show it, or hide it. Key: ${key.toUpperCase()}`, () => this.toggleLayer(name));
+      this.buttons[`layer-${name}`].setAttribute("aria-pressed", String(this.layers.has(name)));
+    }
     const of = (...names) => names.map((name) => this.buttons[name]);
     const kinds = make("div", { class: "group", role: "group", "aria-label": "What is shown" }, ...of(...Object.keys(KINDS)));
     const tools = make("div", { class: "group", role: "group", "aria-label": "Tools" }, ...of("contrast", "mask", "ruler"));
     const zoom = make("div", { class: "zoom", role: "group", "aria-label": "Zoom" }, ...of("in", "out", "fit", "ring", "same"));
+    const layers = make("div", { class: "group layers", role: "group", "aria-label": "Layers" }, ...of(...Object.keys(LAYERS).map((name) => `layer-${name}`)));
     const help = make("a", { href: "/help#view", target: "_blank", rel: "noopener" }, "Help");
-    this.append(make("div", { class: "tools" }, kinds, tools, help), make("div", { class: "middle" }, this.stage, zoom));
+    this.append(this.stage, make("div", { class: "tools" }, kinds, tools, help, this.frameLabel), zoom, layers);
     this.tools = new Tools(this);
+    for (const group of this.querySelectorAll(".group, .zoom")) this.passOn(group);
     this.keys = this.keysOfButtons();
     this.addEventListener("keydown", (event) => event.key !== "Tab" && event.target !== this.stage && this.keyOnButton(event));
     this.show("annotated");
@@ -77,9 +94,19 @@ class Picture extends HTMLElement {
   }
 
   keysOfButtons() {
-    const names = { a: "annotated", s: "thresholded", o: "original", c: "contrast", m: "mask", l: "ruler" };
-    Object.assign(names, { "+": "in", "=": "in", "-": "out", f: "fit", 0: "fit", r: "ring", 1: "same" });
+    const names = { a: "annotated", s: "thresholded", o: "original", c: "contrast", m: "mask", u: "ruler" };
+    Object.assign(names, { "+": "in", "=": "in", "-": "out", f: "fit", 0: "fit", r: "ring", x: "same" });
+    for (const [name, [, key]] of Object.entries(LAYERS)) names[key] = `layer-${name}`;
     return Object.fromEntries(Object.entries(names).map(([key, name]) => [key, () => this.buttons[name].click()]));
+  }
+
+  // What lies over the picture hides no pixel from the wheel and the readout.
+  passOn(group) {
+    group.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.stage.dispatchEvent(new WheelEvent("wheel", event));
+    }, { passive: false });
+    group.addEventListener("pointermove", (event) => this.tell(this.viewport.toPicture(this.tools.place(event))));
   }
 
   // On a button, Enter and Space press it; they must not reach the page's own hotkeys.
@@ -120,7 +147,7 @@ class Picture extends HTMLElement {
   }
 
   show(kind) {
-    this.shown = kind;
+    this.shown = this.dataset.shown = kind;
     for (const name of Object.keys(KINDS)) this.buttons[name].setAttribute("aria-pressed", String(name === kind));
     this.paint();
     this.draw();
@@ -134,6 +161,14 @@ class Picture extends HTMLElement {
     if (small !== null) parts.push(["small", `${small[0]} below ${small[1]} px`]);
     const colours = parts.map(([kind, text]) => make("span", { class: kind }, text));
     this.frameLabel.replaceChildren(name, ...(this.shown === "thresholded" ? colours : []));
+  }
+
+  toggleLayer(name) {
+    if (!this.layers.delete(name)) this.layers.add(name);
+    this.buttons[`layer-${name}`].setAttribute("aria-pressed", String(this.layers.has(name)));
+    localStorage.setItem(HIDDEN, JSON.stringify(Object.keys(LAYERS).filter((one) => !this.layers.has(one))));
+    if (this.shown === "original") this.show("annotated");
+    else this.draw();
   }
 
   toggleContrast() {
@@ -223,7 +258,7 @@ class Picture extends HTMLElement {
     const scale = (viewport.scale * viewport.width) / canvas.width; // a very large picture is sent smaller
     canvas.style.transform = `translate(${viewport.left}px, ${viewport.top}px) scale(${scale})`;
     canvas.style.imageRendering = scale >= SHARP_FROM ? "pixelated" : "auto";
-    const parts = overlayParts(this.overlay, viewport, this.shown);
+    const parts = overlayParts(this.overlay, viewport, this.shown, this.layers);
     if (this.isQuick) {
       this.flat.begin(viewport.wide, viewport.high);
       this.flat.context.imageSmoothingEnabled = scale < SHARP_FROM;
@@ -232,6 +267,7 @@ class Picture extends HTMLElement {
       this.flat.paint(parts);
     }
     this.svg.replaceChildren(...(this.isQuick ? [] : parts));
+    this.buttons["layer-truth"].hidden = this.overlay.truth === null;
     this.label();
     this.drawDraft();
   }

@@ -3,13 +3,13 @@
 import { follow, make } from "./link.js";
 import { wish } from "./jobs.js";
 
-const HEIGHT_PX = 92;
+const HEIGHT_PX = 54;
 const [INDEX, TIME, Z, CHANCE, STATE] = [0, 1, 2, 3, 4]; // of a point
 const PREDICTED = 1;
 const LOST = 2;
 const LIVE_FRAMES = 600; // of a live source are drawn
-const MARGIN = { left: 52, right: 10, top: 6, bottom: 4 };
-const CHANCE_PX = 16; // height of the lower row
+const MARGIN = { left: 52, right: 10, top: 3, bottom: 2 };
+const CHANCE_PX = 10; // height of the lower row
 const MOST_DRAWN = 4000; // points; a longer course is thinned
 const FAR = 10; // frames, with Shift
 
@@ -163,7 +163,7 @@ class Timeline extends HTMLElement {
     const isDrawn = (one) => one[INDEX] >= first && one[INDEX] <= last && (every < 2 || one[INDEX] % every === 0);
     const points = [...this.points.values()].filter(isDrawn).sort((one, other) => one[INDEX] - other[INDEX]);
     const x = (index) => MARGIN.left + ((index - first) / (last - first)) * (wide - MARGIN.left - MARGIN.right);
-    const bottom = high - MARGIN.bottom - CHANCE_PX - 6;
+    const bottom = high - MARGIN.bottom - CHANCE_PX - 4;
     const [low, top] = ends(points.map((one) => one[Z]));
     const y = (z) => bottom - ((z - low) / (top - low)) * (bottom - MARGIN.top);
     this.drawFrame(context, colour, { wide, high, bottom, low, top });
@@ -188,7 +188,7 @@ class Timeline extends HTMLElement {
     context.textAlign = "right";
     context.fillText(`${top} cm`, MARGIN.left - 4, MARGIN.top + 8);
     context.fillText(`z ${low}`, MARGIN.left - 4, bottom);
-    context.fillText("likely", MARGIN.left - 4, high - MARGIN.bottom - 2);
+    context.fillText("likely", MARGIN.left - 4, high - MARGIN.bottom);
   }
 
   // Frames that show the dock are joined; predicted ones are hollow, and those without a dock a gap with a mark below.

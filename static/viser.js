@@ -63,6 +63,8 @@ const viserPage = {
   boxAround: (element) => element.parentElement,
   boxBefore: (element) => element.parentElement?.previousElementSibling,
   boxAfter: (element) => element.parentElement?.nextElementSibling,
+  // Where its panels begin, in pixels from the top of the window.
+  top: () => document.getElementById("root").offsetTop,
   // What scrolls where a panel is too high; the tab of the picture has such a one, too.
   scrollerOf: (element) => element.closest("[data-dock-region]")?.querySelector("[data-scrollarea-viewport]"),
   hasDialog: () => [...document.querySelectorAll("[role=dialog], [role=listbox]")].some((one) => one.getClientRects().length > 0),

@@ -106,6 +106,8 @@ _WHITE, _GREY = (255, 255, 255), (200, 200, 200)
 # Bluish green and vermillion in BGR, lightened to be read on the dark strip; the words say the same.
 _RIGHT, _WRONG = (170, 215, 90), (90, 160, 245)
 
+_DIM = 0.45  # what a tile keeps of the picture's brightness, beside the pixels that the method keeps
+_ON_TILES = ("lights", "ellipse")
 _AROUND, _LEAST_HALF_PX = 1.6, 60.0  # of a ring's radius: what is shown around its middle
 
 Part = tuple[int, int, int, int]
@@ -115,9 +117,10 @@ Line = tuple[str, tuple[int, int, int]]
 def montage(
     image: Any, estimates: Mapping[str, Estimate], truth: KnownPose | None = None, part: Part | None = None
 ) -> np.ndarray:
-    """Put side by side what every method found in a picture."""
+    """Put side by side which pixels every method keeps of one part of a picture, and what it found there."""
     if not estimates:
         raise ValueError("estimates is empty; a montage needs at least one")
+    part = part or next(filter(None, map(around_ring, estimates.values())), None)
     columns = math.ceil(math.sqrt(len(estimates)))
     rows = math.ceil(len(estimates) / columns)
     width = (WIDTH_PX - (columns + 1) * _GAP_PX) // columns
@@ -161,7 +164,9 @@ def around_ring(found: Estimate, around: float = _AROUND) -> Part | None:
 
 
 def _tile(image: Any, name: str, found: Estimate, truth: KnownPose | None, width: int, part: Part | None) -> np.ndarray:
-    picture = annotate(image, found, words=False)
+    shown = (_DIM * to_bgr8(image)).astype(np.uint8)
+    shown[kept_pixels(image, found)] = colours.bgr(colours.ORANGE)
+    picture = annotate(shown, found, words=False, layers=_ON_TILES)
     if part is not None:
         left, top, right, bottom = part
         picture = picture[top:bottom, left:right]

@@ -59,6 +59,7 @@ def _saved(figure: "Figure", kind: str, metadata: dict[str, Any], more: dict[str
 
 
 WIDTH_IN, HIGHEST_IN = 6.5, 8.0
+_LEAST_SHARE = 0.01  # of the picture's width: the least radius of a light's circle
 _LINE_IN, _MARGIN_IN = 0.17, 0.12
 
 
@@ -89,25 +90,28 @@ def _draw(axes: "Axes", estimate: Estimate, layers: Collection[str]) -> None:
     for index, (x, y, width, height) in enumerate(estimate.settings.masks):
         name = "masked" if index == 0 else None
         axes.add_patch(Rectangle((x, y), width, height, fill=False, hatch="///", color=colours.MASK_COLOUR, label=name))
-    outline = geometry.outline(estimate)
-    if "ellipse" in layers and outline is not None:
-        axes.plot(*np.vstack([outline, outline[:1]]).T, color=colours.ELLIPSE_COLOUR, lw=0.8, label="ellipse")
-    if "lights" in layers:
-        _draw_lights(axes, estimate)
     for index, pose in enumerate(estimate.candidates):
         width = 1.4 if pose is estimate.selected else 0.7
         style: dict[str, Any] = {"color": colours.POSE_COLOURS[index], "linewidth": width}
-        _, diameters, normal = geometry.pose_lines(pose, estimate)
+        rim, diameters, normal = geometry.pose_lines(pose, estimate)
         if "axes" in layers:
-            for ends in diameters:
-                axes.plot(*ends.T, color=style["color"], linewidth=width / 2)
+            for points in (np.vstack([rim, rim[:1]]), *diameters):
+                _draw_line(axes, estimate, points, color=style["color"], linewidth=width / 2)
         if "normals" in layers:
-            axes.plot(*normal.T, **style, marker="o", markersize=3, markevery=[1])
+            _draw_line(axes, estimate, normal, **style)
+            axes.plot(*normal[1], "o", color=style["color"], markersize=3)
             axes.annotate(
                 colours.POSE_NAMES[index], normal[1], (4, -3), textcoords="offset points", color=style["color"]
             )
         if "text" in layers:
             axes.plot([], [], **style, label=_pose_words(estimate, index))
+    outline = geometry.outline(estimate)
+    if "ellipse" in layers and outline is not None:
+        style = {"color": colours.ELLIPSE_COLOUR, "linewidth": 0.8, "linestyle": "--"}
+        _draw_line(axes, estimate, np.vstack([outline, outline[:1]]), **style)
+        axes.plot([], [], **style, label="ellipse")
+    if "lights" in layers:
+        _draw_lights(axes, estimate)
     if "text" in layers and not estimate.candidates:
         axes.plot([], [], " ", label=f"no pose ({status_words(estimate.status)})")
     if "centres" in layers:
@@ -120,15 +124,24 @@ def _draw(axes: "Axes", estimate: Estimate, layers: Collection[str]) -> None:
         _draw_scale(axes, estimate)
 
 
+def _draw_line(axes: "Axes", estimate: Estimate, points: np.ndarray, **style: Any) -> None:
+    """Draw a line that stops short of the lights, so that they are seen."""
+    for piece in geometry.beside_lights(points, estimate, _LEAST_SHARE * estimate.width):
+        axes.plot(*piece.T, **style)
+
+
 def _draw_lights(axes: "Axes", estimate: Estimate) -> None:
+    from matplotlib.patches import Circle
+
     if estimate.markers is None:
         return
     points, on_ring = estimate.markers.points_px, geometry.on_ring(estimate)
-    lights, others = points[on_ring], points[~on_ring]
-    if len(lights):
-        axes.plot(
-            *lights.T, "o", color=colours.LIGHT_COLOUR, markerfacecolor="none", markersize=8, label="light on the ring"
-        )
+    radii, others = geometry.light_radii(estimate, _LEAST_SHARE * estimate.width), points[~on_ring]
+    for point, radius in zip(points[on_ring], radii[on_ring], strict=True):
+        axes.add_patch(Circle(tuple(point), radius, fill=False, color=colours.LIGHT_COLOUR))
+    if on_ring.any():
+        ring: dict[str, Any] = {"color": colours.LIGHT_COLOUR, "markerfacecolor": "none", "markersize": 8}
+        axes.plot([], [], "o", **ring, label="light on the ring")
     if len(others):
         axes.plot(*others.T, "x", color=colours.DROPPED_COLOUR, markersize=6, label="other group")
     place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center"}

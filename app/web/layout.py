@@ -31,10 +31,10 @@ TABS: dict[str, tuple[type[Panel], ...]] = {
     "Export": (ExportPanel,),
 }
 # Which panels show a result before its data are sent, and after; the most urgent first.
-FIRST = PilotPanel, PicturePanel, SequencePanel, DetectPanel, PosePanel
+FIRST = PilotPanel, PicturePanel, SequencePanel, ChipsPanel, DetectPanel, PosePanel
 LATER = (
     *(SourcePanel, SimulatorPanel, *TABS["Tank"], SettingsPanel, ExperimentPanel, ExportPanel),
-    *(ViewpointPanel, ChipsPanel, ComparePanel),
+    *(ViewpointPanel, ComparePanel),
 )
 Kind = TypeVar("Kind", bound=Panel)
 
@@ -82,6 +82,7 @@ class Layout:
                 wish_to("take", boxes=dict[str, str]): lambda wish, client: self.of(ExperimentPanel).wish(wish, client),
                 wish_to("typed", boxes=dict[str, str]): lambda wish, client: self.of(ExperimentPanel).typed(wish),
                 wish_to("board", name=str): lambda wish, client: self.of(CalibrationPanel).toggle(wish.name, client),
+                wish_to("chip", label=str): lambda wish, client: self.of(ChipsPanel).press(wish.label, client),
                 wish_to("zip"): lambda wish, client: self.of(ExportPanel).save_all(client),
                 wish_to("compare"): lambda wish, client: self.of(ComparePanel).compare(),
                 wish_to("use", method=str): lambda wish, client: self.of(ComparePanel).use(wish.method, client),

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from dockpose.estimate.result import Estimate
 
 PARTS = ("lights", "ellipse", "centres", "axes", "normals")
+_LEAST_RADIUS = 6.0  # of a light's circle, in units of the canvas
 _LARGEST_PX = 1200  # of the drawing's longer side: notebooks keep what they show
 
 
@@ -52,13 +53,13 @@ def draw(found: Estimate) -> np.ndarray:
 
 def draw_parts(canvas: Canvas, found: Estimate, parts: Collection[str] = PARTS) -> None:
     """Draw those of ``PARTS``."""
-    outline = geometry.outline(found)
-    if "ellipse" in parts and outline is not None:
-        canvas.polyline(outline, ELLIPSE_COLOUR, closed=True)
-    if "lights" in parts:
-        _draw_lights(canvas, found)
     for index in reversed(range(len(found.candidates))):
         _draw_pose(canvas, found, index, parts)
+    outline = geometry.outline(found)
+    if "ellipse" in parts and outline is not None:
+        _draw_line(canvas, found, np.vstack([outline, outline[:1]]), ELLIPSE_COLOUR)
+    if "lights" in parts:
+        _draw_lights(canvas, found)
     if "centres" in parts:
         _draw_centres(canvas, found)
 
@@ -68,11 +69,17 @@ def png(found: Estimate) -> bytes:
     return cv2.imencode(".png", draw(found))[1].tobytes()
 
 
+def _draw_line(canvas: Canvas, found: Estimate, points: np.ndarray, colour: str, width: float = 1.0) -> None:
+    """Draw a line that stops short of the lights, so that they are seen."""
+    for piece in geometry.beside_lights(points, found, _LEAST_RADIUS * canvas.unit):
+        canvas.polyline(piece, colour, width)
+
+
 def _draw_lights(canvas: Canvas, found: Estimate) -> None:
     if found.markers is None:
         return
     points = found.markers.points_px
-    radii = np.clip(2 * np.sqrt(found.markers.areas_px / np.pi) / canvas.unit, 6, 24)
+    radii = geometry.light_radii(found, _LEAST_RADIUS * canvas.unit) / canvas.unit
     for point, radius, is_light in zip(points, radii, geometry.on_ring(found), strict=True):
         if is_light:
             canvas.circle(point, radius, LIGHT_COLOUR)
@@ -87,13 +94,12 @@ def _draw_lights(canvas: Canvas, found: Estimate) -> None:
 def _draw_pose(canvas: Canvas, found: Estimate, index: int, parts: Collection[str]) -> None:
     pose, colour = found.candidates[index], POSE_COLOURS[index]
     chosen = pose is found.selected
-    _, axes, normal = geometry.pose_lines(pose, found)
+    rim, axes, normal = geometry.pose_lines(pose, found)
     if "axes" in parts:
-        for ends in axes:
-            if np.isfinite(ends).all():
-                canvas.polyline(ends, colour, 1 if chosen else 0.5)
+        for points in (np.vstack([rim, rim[:1]]), *axes):
+            _draw_line(canvas, found, points, colour, 1 if chosen else 0.5)
     if "normals" in parts and np.isfinite(normal).all():
-        canvas.polyline(normal, colour, 2 if chosen else 1)
+        _draw_line(canvas, found, normal, colour, 2 if chosen else 1)
         canvas.circle(normal[1], 4, colour, filled=chosen)
         canvas.text(POSE_NAMES[index], normal[1] + np.array([7, 5]) * canvas.unit, colour, 0.55)
 

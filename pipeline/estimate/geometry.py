@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.known import KnownPose
 
 if TYPE_CHECKING:
     from dockpose.estimate.result import Estimate
 
 _BAR_SHARE = 0.25  # of the picture's width, at most
+_CIRCLE_RADII = 1.6  # of a light: nothing but the light is to be seen in the circle around it
 _NORMAL_RADII = 1.3  # long enough to end outside the ring
 _ANGLES = np.linspace(0, 2 * np.pi, 120, endpoint=False)
 _ON_CIRCLE = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
@@ -40,7 +42,7 @@ def centres(estimate: Estimate) -> tuple[np.ndarray | None, np.ndarray | None]:
     )
 
 
-def pose_lines(pose: CirclePose, estimate: Estimate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def pose_lines(pose: CirclePose | KnownPose, estimate: Estimate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a pose's circle (120, 2), and the ends of two diameters (2, 2, 2) and of its normal (2, 2), in pixels.
 
     NaN for what is behind the camera.
@@ -50,9 +52,13 @@ def pose_lines(pose: CirclePose, estimate: Estimate) -> tuple[np.ndarray, np.nda
         if known is pose and own is not None:  # the circle that was seen, rather than that of the largest ring
             pose, radius = of_ring, own.dock.radius
             break
-    plane = radius * rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad).T[:2]
-    ends = np.array([-plane[0], plane[0], -plane[1], plane[1], np.zeros(3), _NORMAL_RADII * radius * pose.normal])
-    points_px = estimate.camera.project(pose.position_m + np.concatenate([_ON_CIRCLE @ plane, ends]))
+    if isinstance(pose, KnownPose):
+        axes = pose.rotation.T
+    else:
+        axes = rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad).T
+    plane, normal = radius * axes[:2], -_NORMAL_RADII * radius * axes[2]
+    ends = np.array([-plane[0], plane[0], -plane[1], plane[1], np.zeros(3), normal])
+    points_px = estimate.camera.project(np.asarray(pose.position_m) + np.concatenate([_ON_CIRCLE @ plane, ends]))
     return points_px[:-6], points_px[-6:-2].reshape(2, 2, 2), points_px[-2:]
 
 
@@ -61,6 +67,51 @@ def on_ring(estimate: Estimate) -> np.ndarray:
     if estimate.markers is None:
         return np.zeros(0, dtype=bool)
     return np.zeros(len(estimate.markers), dtype=bool) if estimate.ring is None else estimate.ring.on_ring
+
+
+def light_radii(estimate: Estimate, least_px: float = 0.0) -> np.ndarray:
+    """Return the radius (N,) in pixels of the circle around each group."""
+    areas_px = np.zeros(0) if estimate.markers is None else estimate.markers.areas_px
+    return np.maximum(_CIRCLE_RADII * np.sqrt(areas_px / math.pi), least_px)
+
+
+def beside_lights(points: np.ndarray, estimate: Estimate, least_px: float) -> list[np.ndarray]:
+    """Return what is left of a line through points (N, 2) outside of the lights' circles: pieces (K, 2) of it."""
+    if estimate.markers is None:
+        return [points]
+    lights = on_ring(estimate)
+    return outside(points, estimate.markers.points_px[lights], light_radii(estimate, least_px)[lights])
+
+
+def outside(points: np.ndarray, centres: np.ndarray, radii: np.ndarray) -> list[np.ndarray]:
+    """Return what is left of a line through points (N, 2) outside of circles (M, 2), (M,): pieces (K, 2) of it."""
+    pieces: list[list[np.ndarray]] = []
+    is_open = False  # whether the next part goes on where the last one ended
+    for start, way in zip(points[:-1], np.diff(points, axis=0), strict=True):
+        free = _free_shares(start, way, centres, radii)
+        for begin, end in free:
+            if begin == 0 and is_open:
+                pieces[-1].append(start + end * way)
+            else:
+                pieces.append([start + begin * way, start + end * way])
+        is_open = bool(free) and free[-1][1] == 1
+    return [np.array(piece) for piece in pieces]
+
+
+def _free_shares(start: np.ndarray, way: np.ndarray, centres: np.ndarray, radii: np.ndarray) -> list[list[float]]:
+    """The shares of a straight line, from ``start`` by ``way``, between which it is in no circle."""
+    square = float(way @ way)
+    if not 0 < square < math.inf:  # of no length, or not finite
+        return []
+    middles = (centres - start) @ way / square
+    halves = middles**2 - (((centres - start) ** 2).sum(axis=1) - radii**2) / square
+    free = [[0.0, 1.0]]
+    for middle, half in zip(middles[halves > 0], np.sqrt(halves[halves > 0]), strict=True):
+        parts = [
+            part for begin, end in free for part in ([begin, min(end, middle - half)], [max(begin, middle + half), end])
+        ]
+        free = [part for part in parts if part[1] > part[0]]
+    return free
 
 
 def light_labels(estimate: Estimate) -> list[tuple[int, str, np.ndarray]]:

@@ -6,15 +6,17 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from dockpose.app.state.changes import with_method
 from dockpose.app.state.view import with_sample
 
-from tests.browser.conftest import LAPTOP
+from tests.browser.conftest import LAPTOP, visit
 
 pytestmark = pytest.mark.browser
 SIZES = {
     "phone": (390, 844),
     "tablet": (820, 1180),
     "small": (1024, 768),
+    "low": (1280, 800),
     "laptop": LAPTOP,
     "desk": (1920, 1080),
     "laptop at 200 %": (683, 384),
@@ -141,11 +143,12 @@ def test_large_screens_show_all_parts_beside_each_other(page, resized, name):
     resized(SIZES[name])
     left, canvas, right = box(page, LEFT), box(page, CANVAS), box(page, RIGHT)
     assert left["left"] == 0
-    assert left["right"] == pytest.approx(canvas["left"], abs=2)
-    assert canvas["right"] == pytest.approx(right["left"], abs=2)
-    assert right["right"] == SIZES[name][0]
+    assert left["right"] == pytest.approx(canvas["left"], abs=2) == pytest.approx(right["left"], abs=2)
+    assert canvas["right"] == right["right"] == SIZES[name][0]
+    numbers = box(page, "dockpose-live[name=candidates]")
+    assert canvas["bottom"] <= numbers["top"] < numbers["bottom"] <= right["top"]
     assert page.page.locator("#parts").is_hidden()
-    wide, high, plot = {"laptop": (480, 300, 128), "desk": (700, 480, 190)}[name]  # the picture's own shape is 4:3
+    wide, high, plot = {"laptop": (900, 590, 88), "desk": (1300, 890, 90)}[name]  # the picture's own shape is 4:3
     page.until(lambda: box(page, STAGE)["height"] >= high and box(page, PLOT)["height"] >= plot)
     assert box(page, STAGE)["width"] >= wide
     assert box(page, "#candidates")["bottom"] < SIZES[name][1]
@@ -221,8 +224,99 @@ def test_methods_beside_each_other_have_the_whole_width(page, resized):
     assert page.page.locator(RIGHT).is_hidden()
     assert page.page.locator("#strip").is_visible()
     page.page.evaluate(f"{mode} = 'picture'")
-    assert box(page, LEFT)["width"] == pytest.approx(0.41 * LAPTOP[0], abs=0.1)
+    assert box(page, LEFT)["width"] == pytest.approx(0.68 * LAPTOP[0], abs=0.2)
     assert page.page.locator(RIGHT).is_visible()
+
+
+def shown_share(page):
+    """The share of the window's area that the picture itself has."""
+    width, height = page.page.locator("dockpose-picture").evaluate(
+        "({ viewport: v }) => [v.width * v.scale, v.height * v.scale]"
+    )
+    stage = box(page, STAGE)
+    assert width <= stage["width"] + 1
+    assert height <= stage["height"] + 1
+    return width * height / (page.page.evaluate("innerWidth * innerHeight"))
+
+
+def test_picture_has_45_percent_of_a_laptops_window_with_chips_and_time_line(page):
+    page.app.change(lambda view: with_method(view, "fixed", 100), reload=True)
+    page.page.get_by_role("button", name="Fixed level 100").wait_for()
+    page.until(lambda: shown_share(page) >= 0.45)
+    page.tab("Play")
+    page.choose("Sequence", "simulated approach")
+    page.page.locator("dockpose-timeline").wait_for()
+    page.until(lambda: page.app.view.list_name == "sequence" and shown_share(page) >= 0.45)
+    assert page.page.get_by_role("button", name="Fixed level 100").is_visible()
+    page.choose("Sequence", "(none)")
+    page.page.locator("dockpose-timeline").wait_for(state="hidden")
+
+
+def test_nothing_moves_where_a_chip_and_words_come(page):
+    before = box(page, STAGE)
+    page.app.change(lambda view: with_method(of_another_camera(view), "fixed", 100), reload=True)
+    page.page.get_by_role("button", name="Fixed level 100").wait_for()
+    page.until(lambda: page.trust in ("amber", "red"))
+    page.rest()
+    assert box(page, STAGE) == before
+
+
+def drag_bar(page, name, dx, dy):
+    bar = box(page, f"#bar-{name}")
+    x, y = (bar["left"] + bar["right"]) / 2, (bar["top"] + bar["bottom"]) / 2
+    page.page.mouse.move(x, y)
+    page.page.mouse.down()
+    page.page.mouse.move(x + dx, y + dy, steps=4)
+    page.page.mouse.up()
+    page.rest()
+
+
+def test_bars_share_the_room_and_each_browser_remembers(page, browser):
+    with visit(browser, page.app) as other:
+        other.open()
+        left, high = box(other, LEFT)["width"], box(other, CANVAS)["height"]
+        drag_bar(other, "right", -150, 0)
+        drag_bar(other, "scene", 0, 60)
+        narrower, higher = box(other, LEFT)["width"], box(other, CANVAS)["height"]
+        assert (narrower, higher) == (pytest.approx(left - 150, abs=2), pytest.approx(high + 60, abs=2))
+        other.page.reload()
+        other.page.locator("#candidates tbody tr").first.wait_for()
+        assert box(other, LEFT)["width"] == pytest.approx(narrower, abs=1)
+        other.until(lambda: box(other, CANVAS)["height"] == pytest.approx(higher, abs=1))
+    assert box(page, LEFT)["width"] == left  # the other browser has its own
+
+
+def test_3d_view_and_tools_are_put_away_and_come_back(page, browser):
+    with visit(browser, page.app) as other:
+        other.open()
+        tools_at, away = box(other, RIGHT)["top"], other.page.get_by_role("button", name="3D", exact=True)
+        away.click()
+        other.until(lambda: box(other, CANVAS)["right"] <= 0)
+        assert box(other, RIGHT)["top"] < tools_at - 100
+        assert other.page.get_by_role("button", name="Dock close-up").count() == 0
+        other.page.reload()
+        other.page.locator("#candidates tbody tr").first.wait_for()
+        assert away.get_attribute("aria-pressed") == "false"
+        away.click()
+        other.until(lambda: box(other, CANVAS)["right"] == LAPTOP[0])
+        for is_away in (True, False):
+            other.page.locator("#bar-right").dblclick(position={"x": 2, "y": 300})
+            other.until(lambda is_away=is_away: (box(other, LEFT)["width"] == LAPTOP[0]) == is_away)
+
+
+@pytest.mark.parametrize("hides", [False, True])
+def test_notices_never_lie_over_the_picture(page, resized, hides):
+    resized((1280, 800))
+    away = page.page.get_by_role("button", name="3D", exact=True)
+    if hides:
+        away.click()
+    page.app.notify("A title", "A sentence. " * 12, "yellow", None)
+    notice = page.page.get_by_role("alert").filter(has_text="A sentence.")
+    notice.wait_for()
+    page.until(lambda: notice.bounding_box()["x"] >= box(page, STAGE)["right"])  # it slides in
+    notice.get_by_role("button").click()
+    if hides:
+        away.click()
 
 
 def test_everything_is_reached_and_worked_by_keys(page):

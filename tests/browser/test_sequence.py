@@ -52,6 +52,28 @@ def test_course_plays_pauses_and_is_drawn_on_the_time_line(sequence):
     assert sequence.app.sequence.player.index == index
 
 
+def test_light_drawing_stands_for_the_3d_view_while_playing_without_a_graphics_card(sequence):
+    drawing = sequence.page.locator("dockpose-scene")
+    assert drawing.is_hidden()
+    sequence.press("Play")
+    sequence.until(lambda: drawing.is_visible() and drawing.locator(".disc").count() == 2)
+    pane, *parts = drawing.evaluate(
+        """(one) => [one, ...one.querySelectorAll(".disc, .plane")].map((part) => {
+          const { left, top, right, bottom } = part.getBoundingClientRect();
+          return [left, top, right, bottom];
+        })"""
+    )
+    assert len(parts) == 3
+    for left, top, right, bottom in parts:
+        assert pane[0] <= left < right <= pane[2]
+        assert pane[1] <= top < bottom <= pane[3]
+    assert drawing.locator(".disc.face.chosen").count() == 1  # the face looks at the camera, and so at the eye
+    first = drawing.locator(".disc.chosen").get_attribute("d")
+    sequence.until(lambda: drawing.locator(".disc.chosen").get_attribute("d") != first)
+    sequence.press("Pause")
+    drawing.wait_for(state="hidden")
+
+
 def test_time_line_is_pointed_at_clicked_dragged_and_steered_by_keys(sequence):
     canvas = line(sequence).locator("canvas")
     place = canvas.bounding_box()

@@ -211,6 +211,9 @@ def test_readout_of_a_picture_in_colour_is_the_grey_that_is_searched(page):
 
 
 def test_contrast_is_stretched_and_given_back(page):
+    page.choose("Sample scene", "faint")
+    page.until(lambda: page.has_found("faint") and page.app.wait_until_idle(0.1))
+    page.until(lambda: pixels(page).max() == page.app.view.image.max())
     plain = pixels(page)
     press(page, "contrast")
     stretched = pixels(page)

@@ -49,11 +49,12 @@ def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, A
     grey = cropped(to_levels(to_grey(view.image))[0], cv2.INTER_AREA)
     methods = []
     for name, one in found.items():
-        kept = cropped(kept_pixels(view.image, one).astype(np.uint8), cv2.INTER_NEAREST)
+        kept = cropped(255 * kept_pixels(view.image, one).astype(np.uint8), cv2.INTER_AREA)  # none is lost
         outline = geometry.outline(one)
         drawn = {
             "kept": runs(np.flatnonzero(kept)),
             "groups": [] if one.markers is None else placed(one.markers.points_px),
+            "radii": np.round(geometry.light_radii(one) * scale, 1).tolist(),
             "onRing": geometry.on_ring(one).tolist(),
             "ellipse": [] if outline is None else placed(outline[::_OUTLINE_STEP]),
             "dock": [] if one.selected is None else placed(geometry.pose_lines(one.selected, one)[0]),
@@ -70,7 +71,10 @@ def method_words(found: Estimate, view: View) -> dict[str, Any]:
     lines = [
         ("Level", level),
         ("Groups, lights", f"{groups}, {found.lights_on_ring or 0}"),
-        ("Time", f"{number(found.elapsed_ms)} ms"),
+        (
+            "Time",
+            f"{number(found.elapsed_ms)} ms" if found.elapsed_ms < 1000 else f"{number(found.elapsed_ms / 1000)} s",
+        ),
     ]
     pose = found.selected
     if pose is None:

@@ -2,7 +2,6 @@
 
 from functools import partial
 from html import escape
-from itertools import zip_longest
 from typing import Any
 
 from dockpose import Camera, Dock
@@ -130,26 +129,21 @@ _MOST_CHIPS = 8
 
 
 class ChipsPanel(Panel):
-    """A button for each chip."""
+    """What static/jobs.js shows as chips; a press comes back as a wish that names its chip."""
 
     def __init__(self, app: App) -> None:
         super().__init__(app)
-        self._buttons = [self.gui.add_button("", visible=False, color="gray") for _ in range(_MOST_CHIPS)]
-        self._chips: list[Chip] = []
-        for index, button in enumerate(self._buttons):
-            on_person(button.on_click, partial(self._press, index))
+        self._chips: dict[str, Chip] = {}
 
     def show(self, analysis: Analysis) -> None:
         """Show the chips."""
-        self._chips = chips(analysis.view, analysis.fitting_lights)[:_MOST_CHIPS]
-        for button, chip in zip_longest(self._buttons, self._chips):
-            if chip is not None:
-                button.label, button.hint = chip.label, chip.hint
-            button.visible = chip is not None
+        self._chips = {chip.label: chip for chip in chips(analysis.view, analysis.fitting_lights)[:_MOST_CHIPS]}
+        self.app.live.put(chips=[[chip.label, chip.hint] for chip in self._chips.values()])
 
-    def _press(self, index: int, client: Client) -> None:
-        if index < len(self._chips):
-            self.change(self._chips[index].press, client, reload=True)
+    def press(self, label: str, client: Client) -> None:
+        """Do what a chip says, if it is still there."""
+        if label in self._chips:
+            self.change(self._chips[label].press, client, reload=True)
 
 
 class BudgetPanel(Panel):

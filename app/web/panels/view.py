@@ -7,7 +7,7 @@ from typing import Any
 
 import cv2
 import numpy as np
-from dockpose import Estimate
+from dockpose import Camera, Estimate
 from dockpose.app.drawing import colours
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import length_words
@@ -19,6 +19,8 @@ from dockpose.app.web.widgets import App, Change, Client, Panel
 from dockpose.camera.image import to_levels
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.known import KnownPose
 from dockpose.thresholds import LEVELS, METHODS, Histogram, Threshold
 
 _JPEG_QUALITY = 85
@@ -35,6 +37,7 @@ _COLOURS = {
     "pose": colours.POSE_COLOURS[0],
     "pose-a": colours.POSE_COLOURS[0],
     "pose-b": colours.POSE_COLOURS[1],
+    "truth": colours.TRUTH_COLOUR,
     "threshold": colours.THRESHOLD_COLOUR,
     "peaks": colours.PEAKS_COLOUR,
     "groups": colours.GROUPS_COLOUR,
@@ -52,7 +55,7 @@ class PicturePanel(Panel):
         self._serials, self._picture_serial = itertools.count(1), 0
         self._sent: np.ndarray | None = None
         self._is_exact = False
-        self._numbers, self._histogram, self._lights = HistogramNumbers(), {}, {}
+        self._numbers, self._histogram, self._lights, self._truth = HistogramNumbers(), {}, {}, {}
         show = {wish_to("methods", shown=bool): lambda wish, client: self._show_methods(wish.shown)}
         wishes = WishBox(self.gui, "Done in the picture", {**acts_in_picture(self.change), **show})
         self.gui.add_html(f'<dockpose-picture channel="{wishes.channel}" style="{LOOK}"></dockpose-picture>')
@@ -68,7 +71,9 @@ class PicturePanel(Panel):
             self._picture.content = data_html("picture", picture_data(image, self._picture_serial, self._is_exact))
         if last is None or not _has_same_lights(last.estimate, analysis.estimate):
             self._lights = lights_numbers(analysis.estimate)
-        numbers = self._lights | pose_numbers(analysis)
+        if last is None or _truth_of(last) != _truth_of(analysis):
+            self._truth = truth_numbers(analysis)
+        numbers = self._lights | self._truth | pose_numbers(analysis)
         self.app.live.put(picture=self._picture_serial, overlay=numbers, isPlaying=is_playing)
         histogram = self._numbers.of(analysis, is_playing=is_playing)
         if histogram is not None and histogram != self._histogram:
@@ -137,18 +142,34 @@ def pose_numbers(analysis: Analysis) -> dict[str, Any]:
         "frame": None if tracked is None else tracked.frame.index + 1,
         "ellipse": None if ellipse is None else _points([ellipse])[0],
         "centre": None if centre is None or not np.isfinite(centre).all() else _points([centre])[0],
-        "poses": [_pose(index, found) for index in range(len(found.candidates))],
+        "poses": [_pose(*named, found) for named in zip(POSE_NAMES, found.candidates, strict=False)],
+        "dockRadius": found.dock.radius,
+        "plane": _plane(found.camera),
         "masks": [list(mask) for mask in found.settings.masks],
         "cmPerPx": None if bar is None else 100 * bar[0] / bar[1],
         "scale": None if bar is None else {"words": length_words(bar[0]), "px": bar[1]},
     }
 
 
-def _pose(index: int, found: Estimate) -> dict[str, Any]:
-    pose = found.candidates[index]
+def _plane(camera: Camera) -> list[list[float]]:
+    """The corners of the picture plane a metre ahead of the camera, in metres."""
+    left, right = -camera.cx / camera.fx, (camera.width - camera.cx) / camera.fx
+    top, bottom = -camera.cy / camera.fy, (camera.height - camera.cy) / camera.fy
+    return [[left, top, 1.0], [right, top, 1.0], [right, bottom, 1.0], [left, bottom, 1.0]]
+
+
+def truth_numbers(analysis: Analysis) -> dict[str, Any]:
+    """Return what is drawn of the true pose, where it is known."""
+    truth = analysis.view.truth
+    return {"truth": None if truth is None else _pose("Truth", truth, analysis.estimate)}
+
+
+def _pose(name: str, pose: CirclePose | KnownPose, found: Estimate) -> dict[str, Any]:
     outline, axes, normal = geometry.pose_lines(pose, found)
+    facing = -pose.rotation[:, 2] if isinstance(pose, KnownPose) else pose.normal
     return {
-        "name": POSE_NAMES[index],
+        "place": np.round([*pose.position_m, *facing], 4).tolist(),
+        "name": name,
         "chosen": pose is found.selected,
         "outline": _points(outline),
         "axes": [_points(ends) for ends in axes],
@@ -163,7 +184,7 @@ def _groups(found: Estimate) -> list[dict[str, Any]]:
     labels, outward = [""] * count, np.zeros((count, 2))
     for index, label, way in geometry.light_labels(found):
         labels[index], outward[index] = label, way
-    radii = np.round(2 * np.sqrt(found.markers.areas_px / math.pi), 2).tolist()
+    radii = np.round(geometry.light_radii(found), 2).tolist()
     places = _points(found.markers.points_px), radii, geometry.on_ring(found).tolist()
     parts = zip(*places, labels, _points(outward), found.markers.boxes_px.astype(int).tolist(), strict=True)
     return [dict(zip(_GROUP, part, strict=True)) for part in parts]
@@ -182,6 +203,10 @@ def _points(points: Any) -> list[list[float]]:
     """Return points (N, 2) as lists, to a hundredth of a pixel; what is not finite is left out."""
     array = np.asarray(points, dtype=float)
     return np.round(array[np.isfinite(array).all(axis=1)], 2).tolist()
+
+
+def _truth_of(analysis: Analysis) -> tuple[Any, ...]:
+    return analysis.view.truth, analysis.view.dock, analysis.view.camera
 
 
 def _histogram_of(analysis: Analysis) -> tuple[Any, ...]:

@@ -26,6 +26,11 @@ _PATH_POINTS = 400
 _GREY = (130, 130, 130)
 _AXIS_COLOURS = np.array([(214, 39, 40), (44, 160, 44), (31, 119, 180)], dtype=np.uint8)
 _IMAGE_OPACITY = 0.7  # the docks behind it shine through, over their own lights when seen from the camera
+_DISC_CORNERS, _DISC_APART = 48, 0.01  # of a dock, and its two sides from its plane, in radii
+_HOLE = 0.62  # of its radius
+_CHOSEN_OPACITY, _OTHER_OPACITY = 0.9, 0.35
+_BLACK_PERCENTILE, _GAMMA = 2.0, 0.6  # of the picture on the picture plane, whose brightest pixel is white
+_AMBIENT = 2.5
 _DECIMETRES_FROM_M, _DECIMETRES_TO_M = 0.5, 4.0
 _CELLS_M = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 
@@ -88,13 +93,40 @@ def grid_cell_m(extent: Extent) -> float:
     return next((cell for cell in _CELLS_M if cell >= extent.depth_m / 15), _CELLS_M[-1])
 
 
+def disc(*, faces_camera: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (N, 3) and triangles (M, 3) of one side of a disc of radius 1 with a hole, where the vehicle goes in."""
+    rim = circle(_DISC_CORNERS)[:, 0]
+    depth = [0.0, 0.0, -_DISC_APART if faces_camera else _DISC_APART]
+    first = np.arange(_DISC_CORNERS)
+    following, count = np.roll(first, -1), _DISC_CORNERS
+    triangles = np.concatenate(
+        [
+            np.column_stack([first, first + count, following]),
+            np.column_stack([following, first + count, following + count]),
+        ]
+    )
+    return np.concatenate([rim, _HOLE * rim]) + depth, triangles
+
+
 class EstimatedDock:
-    """Draws one candidate, solid where it is the chosen one, with its lights and its normal."""
+    """Draws one candidate, solid where it is the chosen one: a disc with its lights and an arrow out of its face."""
 
     def __init__(self, scene: viser.SceneApi, name: str, colour: tuple[int, int, int]) -> None:
         path = f"/pose_{name.lower()}"
+        self._look: tuple[bool, float] | None = None  # whether it is drawn as the chosen one, and its radius
         self.frame = scene.add_frame(path, show_axes=False, visible=False)
         self._ring = add_lines(scene, f"{path}/ring", ring_segments(dashed=False), colour, 3.0)
+        shades = {"face": 0.75 * np.array([255] * 3) + 0.25 * np.array(colour), "back": 0.55 * np.array(colour)}
+        self._sides = [
+            scene.add_mesh_simple(
+                f"{path}/{side}",
+                *disc(faces_camera=side == "face"),
+                color=tuple(shade.astype(int)),
+                side="double",
+                flat_shading=True,
+            )
+            for side, shade in shades.items()
+        ]
         self._lights = scene.add_point_cloud(f"{path}/lights", np.zeros((1, 3)), colour, point_shape="circle")
         ends = np.array([[[0, 0, 0], [0, 0, -NORMAL_LENGTH]]])
         self._normal = scene.add_arrows(f"{path}/normal", ends, colour, head_length=0.2)
@@ -108,14 +140,21 @@ class EstimatedDock:
         is_chosen = pose is found.selected
         self.frame.position = pose.T_camera_dock[:3, 3]
         self.frame.wxyz = transforms.SO3.from_matrix(pose.T_camera_dock[:3, :3]).wxyz
-        self._ring.points = ring_segments(dashed=not is_chosen)
-        self._ring.thickness = 3.0 if is_chosen else 2.0
         dock = found.dock if found.dock.lights else msgspec.structs.replace(found.dock, lights=found.lights_on_ring)
         self._lights.points = lights_on_ring(dock, pose.roll_rad)
+        if (is_chosen, found.dock.radius) != self._look:
+            self._look = is_chosen, found.dock.radius
+            self._set_look(is_chosen, found.dock.radius)
+
+    def _set_look(self, is_chosen: bool, radius_m: float) -> None:
+        self._ring.points = ring_segments(dashed=not is_chosen)
+        self._ring.thickness = 3.0 if is_chosen else 2.0
         self._lights.point_size = 0.08 if is_chosen else 0.06
         self._normal.shaft_radius, self._normal.head_radius = (0.03, 0.09) if is_chosen else (0.015, 0.06)
-        for node in (self._ring, self._lights, self._normal):
-            node.scale = found.dock.radius
+        for side in self._sides:
+            side.opacity = _CHOSEN_OPACITY if is_chosen else _OTHER_OPACITY
+        for node in (self._ring, self._lights, self._normal, *self._sides):
+            node.scale = radius_m
 
 
 class Scene3D:
@@ -133,6 +172,7 @@ class Scene3D:
         scene.set_up_direction("-y")
         scene.set_global_visibility(False)  # until a browser has the rest of its page
         scene.configure_default_lights(cast_shadow=False)  # shadows would take half the drawing time
+        scene.add_light_ambient("/light", intensity=_AMBIENT)  # a face is as light from every side
         scene.configure_environment_map(None)  # nothing reflects it, and software takes seconds
         self._grid = scene.add_grid(
             "/grid", plane="xz", cell_color=_GREY, cell_thickness=0.5, section_color=_GREY, fade_strength=0.5
@@ -194,7 +234,7 @@ class Scene3D:
             now_s = time.monotonic()
             is_quick, self._pictured_at_s = now_s - self._pictured_at_s < _QUICK_S, now_s
             widest = _QUICK_TEXTURE_WIDTH_PX if is_quick else _TEXTURE_WIDTH_PX
-            texture = _translucent(to_bgr8(view.image)[:, :, ::-1], widest)
+            texture = _translucent(stretched(to_bgr8(view.image)[:, :, ::-1]), widest)
             self._image = self._server.scene.add_image("/camera/image", texture, width, height)
         self._image.visible = True
         self._image.render_width, self._image.render_height = width, height
@@ -212,8 +252,15 @@ class Scene3D:
         self._grid.cell_size, self._grid.section_size = cell, 10 * cell
         self._grid.width, self._grid.height = depth, depth
         self._grid.position = (0.0, floor_y, depth / 2 - cell)
-        self._grid_label.position = (0.0, 0.0, -depth / 2)
+        self._grid_label.position = (depth / 6, 0.0, -depth / 10)
         self._grid_label.text = f"grid squares: {100 * cell:g} cm" if cell < 1 else f"grid squares: {cell:g} m"
+
+
+def stretched(picture: np.ndarray) -> np.ndarray:
+    """The picture (H, W, 3) uint8 with its contrast stretched, so that dim lights are seen in a small one."""
+    low, high = float(np.percentile(picture[::4, ::4], _BLACK_PERCENTILE)), float(picture.max())
+    curve = 255 * np.clip((np.arange(256) - low) / max(high - low, 1.0), 0, 1) ** _GAMMA
+    return cv2.LUT(np.ascontiguousarray(picture), curve.astype(np.uint8))
 
 
 def _translucent(picture: np.ndarray, widest_px: int) -> np.ndarray:

@@ -15,14 +15,15 @@ NAMES = (OVERVIEW, FROM_CAMERA, FROM_ABOVE, FROM_SIDE, CLOSE_UP)
 # Directions from the scene's middle to the eye; the camera frame's y points down. From straight above there would be
 # no up direction, so the eye is a little to the side.
 _DIRECTIONS = {
-    OVERVIEW: (0.62, -0.55, -0.75),
+    OVERVIEW: (0.8, -0.42, -0.6),
     FROM_SIDE: (1.0, -0.12, 0.0),
     FROM_ABOVE: (0.0, -1.0, -0.02),
     CLOSE_UP: (0.45, -0.35, -0.85),
 }
 _FOV_RAD = math.radians(50)
-_ASPECT = 0.6  # width to height of the space between the panels on a small laptop
-_MARGIN = 1.25  # for the labels at its edges
+_ASPECT = 1.9  # width to height of the 3D view on a small laptop
+_SIDEWAYS, _DOWN = 0.84, 0.85  # of half the view, for what is shown: labels need the rest
+_UP_WIDE, _UP_TALL = 0.48, 0.8  # and buttons, which take more of a low one
 _MOVED = 0.01  # of the distance to what is looked at: less is rounding
 _FARTHER = 1.6  # times the distance that would do: from there the scene is small
 _RESHAPED = 1.05
@@ -61,9 +62,9 @@ def viewpoint(name: str, extent: Extent, camera: Camera, aspect: float | None) -
         wide, high = camera.field_of_view_rad
         fov = 2 * math.atan(max(math.tan(high / 2), math.tan(wide / 2) / aspect))
         return Viewpoint(np.zeros(3), np.array([0, 0, extent.depth_m]), fov)
-    middle = (extent.low + extent.high) / 2
-    direction = _unit(_DIRECTIONS[name])
-    return Viewpoint(middle + _distance(extent.corners() - middle, direction, aspect) * direction, middle, _FOV_RAD)
+    middle, direction = (extent.low + extent.high) / 2, _unit(_DIRECTIONS[name])
+    look_at, distance = _nearest(extent.corners() - middle, direction, aspect)
+    return Viewpoint(middle + look_at + distance * direction, middle + look_at, _FOV_RAD)
 
 
 def shows(place: Viewpoint, extent: Extent, aspect: float) -> bool:
@@ -77,18 +78,32 @@ def _unit(vector: ArrayLike) -> np.ndarray:
     return np.asarray(vector) / np.linalg.norm(vector)
 
 
-def _distance(corners: np.ndarray, direction: np.ndarray, aspect: float) -> float:
-    """Distance of the eye at which every corner is inside its field of view."""
+def _nearest(corners: np.ndarray, direction: np.ndarray, aspect: float) -> tuple[np.ndarray, float]:
+    """Return what to look at (3,), and from how far at the least, to have every corner in the free part of the view."""
     away, right, up = _parts(corners, direction)
     half_up = math.tan(_FOV_RAD / 2)
-    needed = np.maximum(np.abs(right) / (half_up * aspect), np.abs(up) / half_up)
-    return _MARGIN * float((needed + away).max())
+
+    def along(values: np.ndarray, low: float, high: float) -> tuple[float, float]:
+        below, above = float((away - values / low).max()), float((away + values / high).max())
+        shift = (above - below) / (1 / low + 1 / high)
+        return shift, above - shift / high
+
+    across, least = along(right, *[_SIDEWAYS * half_up * aspect] * 2)
+    upwards, least_up = along(up, _DOWN * half_up, (_UP_WIDE if aspect > 1 else _UP_TALL) * half_up)
+    to_right, to_up = _axes(direction)
+    return across * to_right + upwards * to_up, max(least, least_up)
+
+
+def _axes(direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The directions across one of length 1, and upwards."""
+    right = _unit(np.cross(direction, [0, -1.0, 0]))
+    return right, np.cross(right, direction)
 
 
 def _parts(points: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Parts of points (N, 3) along a direction of length 1, across it and upwards."""
-    right = _unit(np.cross(direction, [0, -1.0, 0]))
-    return points @ direction, points @ right, points @ np.cross(right, direction)
+    right, up = _axes(direction)
+    return points @ direction, points @ right, points @ up
 
 
 @dataclass(frozen=True)

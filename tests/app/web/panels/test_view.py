@@ -37,7 +37,7 @@ def tilted():
 
 
 def overlay_numbers(analysis):
-    return shown.lights_numbers(analysis.estimate) | shown.pose_numbers(analysis)
+    return shown.lights_numbers(analysis.estimate) | shown.truth_numbers(analysis) | shown.pose_numbers(analysis)
 
 
 def decoded(data):
@@ -67,6 +67,14 @@ def test_outline_of_the_chosen_dock_runs_through_its_lights_and_a_length_there_i
     pose = tilted.estimate.selected
     pixels = tilted.view.camera.fx * 0.30 / pose.position_m[2]
     assert pixels * overlay_numbers(tilted)["cmPerPx"] == pytest.approx(30, rel=0.01)
+
+
+def test_truth_is_drawn_where_it_is_known(tilted):
+    numbers = overlay_numbers(tilted)
+    found, true = (np.array(one["outline"]) for one in (numbers["poses"][0], numbers["truth"]))
+    assert np.linalg.norm(found - true, axis=1).max() < 0.5  # the pose that was found is the true one
+    unknown = analyse(replace(tilted.view, truth=None))
+    assert shown.truth_numbers(unknown) == {"truth": None}
 
 
 def test_nothing_found_is_sent_as_such(tilted):

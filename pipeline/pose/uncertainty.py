@@ -265,7 +265,12 @@ class PoseErrors:
 
     def sigmas(self, part: str | None = None) -> tuple[tuple[float, float, float], tuple[float, float]]:
         """Standard errors of x, y, z in metres and of theta_x, theta_y in radians, of one part or in all."""
-        return deviations(self.total if part is None else self.parts[part], self.rotation, 1.0)
+        return self._sigmas[part]
+
+    @cached_property
+    def _sigmas(self) -> dict[str | None, tuple[tuple[float, float, float], tuple[float, float]]]:
+        each: dict[str | None, np.ndarray] = {None: self.total, **self.parts}
+        return {part: deviations(covariance, self.rotation, 1.0) for part, covariance in each.items()}
 
     def in_camera(self, *, total: bool = False) -> np.ndarray:
         """See :attr:`CirclePose.covariance` and :attr:`CirclePose.covariance_total`."""

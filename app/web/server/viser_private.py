@@ -237,16 +237,16 @@ def wake_from_the_loop() -> None:
     through the waiting browsers while the loop takes them out, and now and then ends in a RuntimeError that stops
     whoever queued the message. Replaced by: viser setting it in the loop alone.
     """
-    push = AsyncMessageBuffer.push
-    if hasattr(push, "__wrapped__"):
+    begin = AsyncMessageBuffer.__init__
+    if hasattr(begin, "__wrapped__"):
         return
 
-    @functools.wraps(push)
-    def push_from_anywhere(buffer: AsyncMessageBuffer, message: messages.Message) -> None:
+    @functools.wraps(begin)
+    def begin_with_our_event(buffer: AsyncMessageBuffer, *given: Any, **named: Any) -> None:
+        begin(buffer, *given, **named)
         buffer.message_event.__class__ = _EventOfLoop
-        push(buffer, message)
 
-    setattr(AsyncMessageBuffer, "push", push_from_anywhere)  # noqa: B010
+    setattr(AsyncMessageBuffer, "__init__", begin_with_our_event)  # noqa: B010
 
 
 # Files from browsers. Replaced by: a cap on their size, and a callback that is given their bytes.

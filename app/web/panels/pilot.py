@@ -25,7 +25,8 @@ class PilotPanel(Panel):
 
     def __init__(self, app: App) -> None:
         super().__init__(app)
-        self._numbers, self._seen_s = {}, time.monotonic()
+        self._told: tuple[Analysis | None, dict[str, Any]] = None, {}  # and what is told of it
+        self._seen_s = time.monotonic()
         self.gui.add_html(small(_LINK))
 
     def watch(self, say_stale: Callable[[int], object]) -> None:
@@ -38,11 +39,14 @@ class PilotPanel(Panel):
         """Keep what the pilot is told of a result; of the same picture as before it is as old as before."""
         if self.analysis is None or analysis.view.image is not self.analysis.view.image:
             self._seen_s = time.monotonic() - analysis.estimate.elapsed_ms / 1000
-        self.analysis, self._numbers = analysis, pilot_numbers(analysis)
+        self.analysis = analysis
 
     def answer(self) -> bytes:
-        """The newest numbers as JSON."""
-        return msgspec.json.encode(self._numbers | {"ageS": self._age_s, "isLive": self._is_live})
+        """The newest numbers as JSON, which are worked out only where a pilot looks."""
+        analysis, told = self._told
+        if analysis is not self.analysis and self.analysis is not None:
+            self._told = analysis, told = self.analysis, pilot_numbers(self.analysis)
+        return msgspec.json.encode(told | {"ageS": self._age_s, "isLive": self._is_live})
 
     @property
     def _age_s(self) -> float:
@@ -57,7 +61,7 @@ class PilotPanel(Panel):
         told = 0
         while not ended.wait(_LOOKED_EVERY_S):
             with self.app.live.held:  # or a picture that comes just now would be greyed out
-                age_s = self._age_s if self._numbers and self._is_live else 0.0
+                age_s = self._age_s if self.analysis is not None and self._is_live else 0.0
                 old, told = told, int(age_s) if age_s > STALE_S else 0
                 if told != old:
                     say_stale(told)

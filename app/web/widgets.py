@@ -39,7 +39,7 @@ class Panel:
         self.said = read_toml("controls.toml").get(self.table, {})
         self.analysis: Analysis | None = None
         self.sliders: dict[str, Slider] = {}
-        self._uploads: list[tuple[viser.GuiFolderHandle, dict[str, Any], Take]] = []
+        self._uploads: list[tuple[viser.GuiFolderHandle, dict[str, Any], Take, bool]] = []
 
     def load(self, view: View) -> None:
         """Set the controls to the values of a view."""
@@ -52,17 +52,19 @@ class Panel:
 
     def welcome(self, client: Client, uploads: ClientUploads) -> None:
         """Give a browser that came what it has to itself: its buttons for files."""
-        for area, look, take in self._uploads:
+        for area, look, take, waits in self._uploads:
             with area:
                 button = client.gui.add_upload_button(**look, icon=viser.Icon.UPLOAD)
-            uploads.receive(button, partial(self._received, button, take, client))
+            uploads.receive(button, partial(self._received, button if waits else None, take, client))
 
-    def _received(self, button: Any, take: Take, client: Client, data: bytes, name: str) -> None:
-        button.disabled = True  # until then the page, which sends one file after the other, waits with the next
+    def _received(self, waiting: Any, take: Take, client: Client, data: bytes, name: str) -> None:
         try:
+            if waiting is not None:
+                waiting.disabled = True
             take(data, name, client)
         finally:
-            button.disabled = False
+            if waiting is not None:
+                waiting.disabled = False
 
     def add(self, kind: str, name: str, act: Act | None = None, **more: Any) -> Any:
         """Add a control by its row of the table; ``act`` is done for the browser in which a person uses it."""
@@ -89,9 +91,11 @@ class Panel:
 
         return self.add("button", name, lambda client: self.change(partial(send, client), client))
 
-    def add_upload(self, area: viser.GuiFolderHandle, name: str, take: Take, mime_type: str = ".yaml,.yml") -> None:
-        """Give each browser a button in ``area`` that hands files to ``take``."""
-        self._uploads.append((area, {"mime_type": mime_type} | self.said[name], take))
+    def add_upload(
+        self, area: viser.GuiFolderHandle, name: str, take: Take, mime_type: str = ".yaml,.yml", *, waits: bool = False
+    ) -> None:
+        """Give each browser a button in ``area`` that hands files to ``take``, by ``waits`` one after the other."""
+        self._uploads.append((area, {"mime_type": mime_type} | self.said[name], take, waits))
 
     def changing(self, function: Callable[[View], View], *, reload: bool = True) -> Act:
         """What applies to the view a function that reads the controls itself."""

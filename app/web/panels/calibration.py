@@ -66,8 +66,8 @@ class CalibrationPanel(Panel):
             self._add_controls()
             busy = "Another piece of work is running; wait, or stop it."
             self._work = BackgroundWork(app, "Do not go on with it.", busy)
-        self.add_upload(area, "add", self._take, _PICTURES + ",".join(VIDEO_ENDINGS))
-        self.add_upload(area, "add_folder", self._take, f"{_PICTURES}.folder")
+        self.add_upload(area, "add", self._take, _PICTURES + ",".join(VIDEO_ENDINGS), waits=True)
+        self.add_upload(area, "add_folder", self._take, f"{_PICTURES}.folder", waits=True)
 
     def show(self, analysis: Analysis) -> None:
         """Keep what is shown, and look for the board in it while watching."""

@@ -25,6 +25,7 @@ class PilotPanel(Panel):
 
     def __init__(self, app: App) -> None:
         super().__init__(app)
+        self._told: tuple[Analysis | None, dict[str, Any]] = None, {}  # and what is told of it
         self._seen_s = time.monotonic()
         self.gui.add_html(small(_LINK))
 
@@ -35,15 +36,17 @@ class PilotPanel(Panel):
         threading.Thread(target=self._watch, args=(say_stale, ended), name="dockpose age", daemon=True).start()
 
     def show(self, analysis: Analysis) -> None:
-        """Keep what the pilot view may ask for; of the same picture as before it is as old as before."""
+        """Keep what the pilot is told of a result; of the same picture as before it is as old as before."""
         if self.analysis is None or analysis.view.image is not self.analysis.view.image:
             self._seen_s = time.monotonic() - analysis.estimate.elapsed_ms / 1000
         self.analysis = analysis
 
     def answer(self) -> bytes:
-        """The newest numbers as JSON."""
-        numbers = {} if self.analysis is None else pilot_numbers(self.analysis)
-        return msgspec.json.encode(numbers | {"ageS": self._age_s, "isLive": self._is_live})
+        """The newest numbers as JSON, which are worked out only where a pilot looks."""
+        analysis, told = self._told
+        if analysis is not self.analysis and self.analysis is not None:
+            self._told = analysis, told = self.analysis, pilot_numbers(self.analysis)
+        return msgspec.json.encode(told | {"ageS": self._age_s, "isLive": self._is_live})
 
     @property
     def _age_s(self) -> float:

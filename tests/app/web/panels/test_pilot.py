@@ -64,6 +64,7 @@ def panel(analysis, monkeypatch):
     player = SimpleNamespace(frames=SimpleNamespace(is_live=True))
     made = object.__new__(pilot.PilotPanel)
     made.analysis, made.app = None, SimpleNamespace(sequence=SimpleNamespace(player=player))  # pyright: ignore
+    made._told = None, {}
     made.show(analysis)
     return SimpleNamespace(panel=made, now=now, player=player)
 

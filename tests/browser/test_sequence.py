@@ -105,7 +105,7 @@ def test_time_line_is_pointed_at_clicked_dragged_and_steered_by_keys(sequence):
 def test_new_browser_has_the_whole_course_and_gaps_are_gaps(sequence, browser):
     sequence.press("Play")
     sequence.until(lambda: sequence.app.sequence.player.index > 30)
-    sequence.app.change(lambda view: put(view, "min_area_px", 500))  # nothing is as large: no dock
+    sequence.app.change(lambda view: put(view, "min_area_px", 1000))  # nothing is as large: no dock
     last = sequence.app.sequence.player.index
     sequence.until(lambda: sequence.app.sequence.player.index > last + 40)
     sequence.app.change(lambda view: put(view, "min_area_px", 2))

@@ -13,6 +13,7 @@ from dockpose.app.web.html import pose_name, result_cells, row, sigma_cells, tab
 from dockpose.app.web.scene.viewpoints import NAMES
 from dockpose.app.web.widgets import App, Panel
 
+NO_POSE = "No dock found here. Look at all methods in <b>Compare</b>, or try another level in <b>Detect</b>."
 COLUMNS = (*QUANTITIES, "likely (%)", "error (px)")
 EXPLANATION = (
     "Centre of the dock from the camera: x right, y down, z ahead. θx, θy: pitch and yaw, 0 if square on. "
@@ -48,7 +49,7 @@ def table_html(analysis: Analysis) -> str:
         if known is not None:
             rows.append(row(name, result_cells(known)))
     if not rows:
-        rows.append(wide_row("No pose to show.", len(COLUMNS) + 1))
+        rows.append(wide_row(NO_POSE, len(COLUMNS) + 1))
     return table("candidates", COLUMNS, rows, EXPLANATION, sigmas)
 
 

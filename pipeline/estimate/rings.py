@@ -185,7 +185,8 @@ def _joined(seen: _Seen) -> Estimate:
         options = _all_of_dock(other, by, camera)
         for index, pose in enumerate(poses):
             joint = [(*_agreed(pose, each, camera), max(each.probability or 0.5, 1e-12)) for each in options]
-            poses[index], square, probability = min(joint, key=lambda each: each[1] - 2 * math.log(each[2]))
+            mean, square, probability = min(joint, key=lambda each: each[1] - 2 * math.log(each[2]))
+            poses[index] = mean if square <= _GATE else pose  # the mean of what contradicts each other is neither
             logs[index] += math.log(probability) - square / 2
     odds = np.exp(np.maximum(np.array(logs) - max(logs), -_MOST_ODDS))
     probabilities = (odds / odds.sum()).tolist()

@@ -151,7 +151,7 @@ def _beside(rings: Sequence[tuple[DockRing, Estimate]], other: DockRing, dock: D
     if why_no_dock(found, markers, ellipse, choice, camera, other.dock, -math.inf) is not None:
         return None, absent
     beside = replace(one, dock=other.dock, ring=found, ellipse=ellipse, choice=choice)
-    mine, others = (_all_of_dock(each, by, camera) for each, by in ((one, ring), (beside, other)))
+    mine, others = (_all_of_dock(each, by) for each, by in ((one, ring), (beside, other)))
     fits = min(_agreed(a, b, camera)[1] for a in mine for b in others) <= _GATE
     return (beside, 0) if fits else (None, absent)
 
@@ -171,48 +171,52 @@ def _of_dock(pose: CirclePose, ring: DockRing, camera: Camera) -> CirclePose:
     return fixed_to(pose, ring.dock, (x, y, z), (out_x, out_y, out_z), camera)
 
 
-def _all_of_dock(one: Estimate, ring: DockRing, camera: Camera) -> list[CirclePose]:
-    return [_of_dock(pose, ring, camera) for pose in (one.candidates[0], one.candidates[-1])[: len(one.candidates)]]
+def _all_of_dock(one: Estimate, ring: DockRing) -> list[CirclePose]:
+    return [_of_dock(pose, ring, one.camera) for pose in one.candidates]
 
 
 def _joined(seen: _Seen) -> Estimate:
-    """The estimate of the dock by all rings that were seen; the candidates are the first ring's."""
+    """The estimate of the dock by all rings that were seen; the candidates are those of the one with most lights."""
     (ring, one), *others = sorted(seen.rings, key=lambda each: -(each[1].lights_on_ring or 0))
-    camera = one.camera
-    poses = _all_of_dock(one, ring, camera)
+    assert one.choice is not None
+    assert one.ring is not None
+    poses = _weighed(ring, one, others)
+    order = sorted(range(len(poses)), key=lambda index: -(poses[index].probability or 0.0))
+    own = replace(one.choice, candidates=tuple(one.candidates[index] for index in order), selected=0)
+    by = "spacing" if others and own.selected_by == "none" else own.selected_by
+    choice = Choice(tuple(poses[index] for index in order), 0, by, own.lights, own.coincide)
+    used = [other.ring.on_ring for _, other in others if other.ring is not None]
+    rivals = tuple(rival for rival in one.ring.rivals if not any((rival & lights).any() for lights in used))
+    alike = min(one.ring.alike, len(rivals))
+    found = replace(one.ring, rivals=rivals, alike=alike)
+    names = (ring.name, *(by.name for by, _ in others))
+    of_ring = replace(one, ring=found, choice=own)
+    return replace(
+        of_ring,
+        dock=seen.dock,
+        choice=choice,
+        message=f"{found_in_words(found, choice, one.camera, ring.dock)} Seen of the dock: {', '.join(names)}.",
+        detection=one.detection and 1 / (1 / one.detection + alike - one.ring.alike),
+        rings=names,
+        of_ring=of_ring,
+    )
+
+
+def _weighed(ring: DockRing, one: Estimate, others: Sequence[tuple[DockRing, Estimate]]) -> list[CirclePose]:
+    """The dock's poses by a ring's candidates and those of others, and how probable each is by all of them."""
+    poses = _all_of_dock(one, ring)
+    if not others:
+        return poses
     logs = [math.log(max(pose.probability or 0.5, 1e-12)) for pose in poses]
     for by, other in others:
-        options = _all_of_dock(other, by, camera)
+        options = _all_of_dock(other, by)
         for index, pose in enumerate(poses):
-            joint = [(*_agreed(pose, each, camera), max(each.probability or 0.5, 1e-12)) for each in options]
+            joint = [(*_agreed(pose, each, one.camera), max(each.probability or 0.5, 1e-12)) for each in options]
             mean, square, probability = min(joint, key=lambda each: each[1] - 2 * math.log(each[2]))
             poses[index] = mean if square <= _GATE else pose  # the mean of what contradicts each other is neither
             logs[index] += math.log(probability) - square / 2
     odds = np.exp(np.maximum(np.array(logs) - max(logs), -_MOST_ODDS))
-    probabilities = (odds / odds.sum()).tolist()
-    order = sorted(range(len(poses)), key=lambda index: -probabilities[index])
-    assert one.choice is not None
-    assert one.ring is not None
-    known = others or len(poses) < 2
-    dock_poses = tuple(
-        replace(poses[k], probability=probabilities[k] if known else one.candidates[k].probability) for k in order
-    )
-    own = replace(one.choice, candidates=tuple(one.candidates[k] for k in order), selected=0)
-    by = one.choice.selected_by if not others or one.choice.selected_by != "none" else "spacing"
-    choice = Choice(dock_poses, 0, by, own.lights, own.coincide)
-    used = np.any(
-        [other.ring.on_ring for _, other in others if other.ring is not None] or [~one.ring.on_ring & False], axis=0
-    )
-    rivals = tuple(rival for rival in one.ring.rivals if not (rival & used).any())
-    alike = min(one.ring.alike, len(rivals))
-    detection = one.detection and 1 / (1 / one.detection + alike - one.ring.alike)
-    found = replace(one.ring, rivals=rivals, alike=alike)
-    names = (ring.name, *(by.name for by, _ in others))
-    words = f"{found_in_words(found, choice, camera, ring.dock)} Seen of the dock: {', '.join(names)}."
-    of_ring = replace(one, ring=found, choice=own)
-    return replace(
-        *(of_ring,), dock=seen.dock, choice=choice, message=words, detection=detection, rings=names, of_ring=of_ring
-    )
+    return [replace(pose, probability=share) for pose, share in zip(poses, (odds / odds.sum()).tolist(), strict=True)]
 
 
 def _agreed(one: CirclePose, other: CirclePose, camera: Camera) -> tuple[CirclePose, float]:

@@ -53,6 +53,18 @@ class _Seen:
         return self.lights, self.rings[0][1].detection or 0.0
 
     @cached_property
+    def taken(self) -> np.ndarray:
+        """Which groups (N,) are its lights."""
+        return np.any([one.ring.on_ring for _, one in self.rings if one.ring is not None], axis=0)
+
+    def betters(self, other: "_Seen") -> bool:
+        """Whether it explains the same lights better or, of two docks in view, is the nearer one."""
+        if len(self.taken) != len(other.taken) or (self.taken & other.taken).any():
+            return self.rank > other.rank
+        mine, theirs = (np.linalg.norm(each.rings[0][1].candidates[0].position_m) for each in (self, other))
+        return bool(mine < theirs) and self.lights >= _SHARE * other.lights
+
+    @cached_property
     def is_exact(self) -> bool:
         """Whether it explains nearly all lights of the first ring, nearly where they should be."""
         ring, one = self.rings[0]
@@ -81,7 +93,7 @@ def of_rings(
         like = search(image, camera, ring.dock, settings, fall_back=thorough, like=like, **where)
         tried.append(like)
         for seen in [_completed(one, ring, dock) for one in rings_of(like)]:
-            best = seen if best is None or seen.rank > best.rank else best
+            best = seen if best is None or seen.betters(best) else best
         if best is not None and best.is_exact:
             break
     elapsed_ms = 1000 * (time.perf_counter() - begin)

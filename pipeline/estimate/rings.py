@@ -54,6 +54,18 @@ class _Seen:
         return self.lights, self.rings[0][1].detection or 0.0
 
     @cached_property
+    def taken(self) -> np.ndarray:
+        """Which groups (N,) are its lights."""
+        return np.any([one.ring.on_ring for _, one in self.rings if one.ring is not None], axis=0)
+
+    def betters(self, other: "_Seen") -> bool:
+        """Whether it explains the same lights better or, of two docks in view, is the nearer one."""
+        if len(self.taken) != len(other.taken) or (self.taken & other.taken).any():
+            return self.rank > other.rank
+        mine, theirs = (np.linalg.norm(each.rings[0][1].candidates[0].position_m) for each in (self, other))
+        return bool(mine < theirs) and self.lights >= _SHARE * other.lights
+
+    @cached_property
     def is_exact(self) -> bool:
         """Whether it explains nearly all lights of the first ring, nearly where they should be."""
         ring, one = self.rings[0]
@@ -82,7 +94,7 @@ def of_rings(
         like = search(image, camera, ring.dock, settings, fall_back=thorough, like=like, **where)
         tried.append(like)
         for seen in [_completed(one, ring, dock) for one in rings_of(like)]:
-            best = seen if best is None or seen.rank > best.rank else best
+            best = seen if best is None or seen.betters(best) else best
         if best is not None and best.is_exact:
             break
     elapsed_ms = 1000 * (time.perf_counter() - begin)
@@ -152,7 +164,7 @@ def _beside(rings: Sequence[tuple[DockRing, Estimate]], other: DockRing, dock: D
     if why_no_dock(found, markers, ellipse, choice, camera, other.dock, -math.inf) is not None:
         return None, absent
     beside = replace(one, dock=other.dock, ring=found, ellipse=ellipse, choice=choice)
-    mine, others = (_all_of_dock(each, by, camera) for each, by in ((one, ring), (beside, other)))
+    mine, others = (_all_of_dock(each, by) for each, by in ((one, ring), (beside, other)))
     fits = min(_agreed(a, b, camera)[1] for a in mine for b in others) <= _GATE
     return (beside, 0) if fits else (None, absent)
 
@@ -172,47 +184,52 @@ def _of_dock(pose: CirclePose, ring: DockRing, camera: Camera) -> CirclePose:
     return fixed_to(pose, ring.dock, (x, y, z), (out_x, out_y, out_z), camera)
 
 
-def _all_of_dock(one: Estimate, ring: DockRing, camera: Camera) -> list[CirclePose]:
-    return [_of_dock(pose, ring, camera) for pose in (one.candidates[0], one.candidates[-1])[: len(one.candidates)]]
+def _all_of_dock(one: Estimate, ring: DockRing) -> list[CirclePose]:
+    return [_of_dock(pose, ring, one.camera) for pose in one.candidates]
 
 
 def _joined(seen: _Seen) -> Estimate:
-    """The estimate of the dock by all rings that were seen; the candidates are the first ring's."""
+    """The estimate of the dock by all rings that were seen; the candidates are those of the one with most lights."""
     (ring, one), *others = sorted(seen.rings, key=lambda each: -(each[1].lights_on_ring or 0))
-    camera = one.camera
-    poses = _all_of_dock(one, ring, camera)
-    logs = [math.log(max(pose.probability or 0.5, 1e-12)) for pose in poses]
-    for by, other in others:
-        options = _all_of_dock(other, by, camera)
-        for index, pose in enumerate(poses):
-            joint = [(*_agreed(pose, each, camera), max(each.probability or 0.5, 1e-12)) for each in options]
-            poses[index], square, probability = min(joint, key=lambda each: each[1] - 2 * math.log(each[2]))
-            logs[index] += math.log(probability) - square / 2
-    odds = np.exp(np.maximum(np.array(logs) - max(logs), -_MOST_ODDS))
-    probabilities = (odds / odds.sum()).tolist()
-    order = sorted(range(len(poses)), key=lambda index: -probabilities[index])
     assert one.choice is not None
     assert one.ring is not None
-    known = others or len(poses) < 2
-    dock_poses = tuple(
-        replace(poses[k], probability=probabilities[k] if known else one.candidates[k].probability) for k in order
-    )
-    own = replace(one.choice, candidates=tuple(one.candidates[k] for k in order), selected=0)
-    by = one.choice.selected_by if not others or one.choice.selected_by != "none" else "spacing"
-    choice = Choice(dock_poses, 0, by, own.lights, own.coincide)
-    used = np.any(
-        [other.ring.on_ring for _, other in others if other.ring is not None] or [~one.ring.on_ring & False], axis=0
-    )
-    rivals = tuple(rival for rival in one.ring.rivals if not (rival & used).any())
+    poses = _weighed(ring, one, others)
+    order = sorted(range(len(poses)), key=lambda index: -(poses[index].probability or 0.0))
+    own = replace(one.choice, candidates=tuple(one.candidates[index] for index in order), selected=0)
+    by = "spacing" if others and own.selected_by == "none" else own.selected_by
+    choice = Choice(tuple(poses[index] for index in order), 0, by, own.lights, own.coincide)
+    used = [other.ring.on_ring for _, other in others if other.ring is not None]
+    rivals = tuple(rival for rival in one.ring.rivals if not any((rival & lights).any() for lights in used))
     alike = min(one.ring.alike, len(rivals))
-    detection = one.detection and 1 / (1 / one.detection + alike - one.ring.alike)
     found = replace(one.ring, rivals=rivals, alike=alike)
     names = (ring.name, *(by.name for by, _ in others))
-    words = f"{found_in_words(found, choice, camera, ring.dock)} Seen of the dock: {', '.join(names)}."
     of_ring = replace(one, ring=found, choice=own)
     return replace(
-        *(of_ring,), dock=seen.dock, choice=choice, message=words, detection=detection, rings=names, of_ring=of_ring
+        of_ring,
+        dock=seen.dock,
+        choice=choice,
+        message=f"{found_in_words(found, choice, one.camera, ring.dock)} Seen of the dock: {', '.join(names)}.",
+        detection=one.detection and 1 / (1 / one.detection + alike - one.ring.alike),
+        rings=names,
+        of_ring=of_ring,
     )
+
+
+def _weighed(ring: DockRing, one: Estimate, others: Sequence[tuple[DockRing, Estimate]]) -> list[CirclePose]:
+    """The dock's poses by a ring's candidates and those of others, and how probable each is by all of them."""
+    poses = _all_of_dock(one, ring)
+    if not others:
+        return poses
+    logs = [math.log(max(pose.probability or 0.5, 1e-12)) for pose in poses]
+    for by, other in others:
+        options = _all_of_dock(other, by)
+        for index, pose in enumerate(poses):
+            joint = [(*_agreed(pose, each, one.camera), max(each.probability or 0.5, 1e-12)) for each in options]
+            mean, square, probability = min(joint, key=lambda each: each[1] - 2 * math.log(each[2]))
+            poses[index] = mean if square <= _GATE else pose  # the mean of what contradicts each other is neither
+            logs[index] += math.log(probability) - square / 2
+    odds = np.exp(np.maximum(np.array(logs) - max(logs), -_MOST_ODDS))
+    return [replace(pose, probability=share) for pose, share in zip(poses, (odds / odds.sum()).tolist(), strict=True)]
 
 
 def _agreed(one: CirclePose, other: CirclePose, camera: Camera) -> tuple[CirclePose, float]:

@@ -109,6 +109,15 @@ def test_two_rings_tell_more_than_one():
     assert (apart < 4 * np.array(both.selected.sigma_total_position_m)).all()
 
 
+def test_the_pose_that_a_second_ring_rules_out_stays_where_it_was():
+    both, truth = found_in(BEHIND, 3.0)
+    right, wrong = both.candidates
+    assert right.probability > 0.999
+    twin = both.of_ring.candidates[1]
+    np.testing.assert_allclose(wrong.normal, twin.normal)
+    assert np.linalg.norm(wrong.normal - truth.normal) > 5 * np.linalg.norm(right.normal - truth.normal)
+
+
 def test_lamps_beside_the_dock_are_no_ring_of_it():
     lamps = tuple(Lamp(position_m=(0.2 * x, 0.35, 3.0), level=1500.0, radius_m=0.004) for x in range(-2, 3))
     found, truth = found_in(Dock(rings=(FAR, NEAR)), 3.0, missing=range(12, 18), lamps=lamps)

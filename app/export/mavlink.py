@@ -53,6 +53,7 @@ class Autopilot:
         most_age_s: float = 0.5,
         mount: Mount = FORWARD,
         tell: Callable[[str], None] = lambda text: None,
+        is_on: bool = True,
     ) -> None:
         self.address, self.mount, self._most_age_s, self._tell = address, mount, most_age_s, tell
         self.kinds = _kinds(send)
@@ -75,7 +76,7 @@ class Autopilot:
         self._names: Any = dialect
         self._mavlink: Any = dialect.MAVLink(self._link, *map(int, system.groups()))
         self._held, self._stop = threading.Lock(), threading.Event()
-        self.is_on = True
+        self.is_on = is_on
         self.sent, self.refused = 0, 0  # frames
         self.words = "nothing yet"  # what came of the last frame
         self._resets = 0

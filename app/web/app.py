@@ -67,6 +67,9 @@ class App(contextlib.AbstractContextManager["App"]):
         self._looks = Looks(server, guard, lambda client, is_dark: self._layout.settings.follow(client, is_dark))
         self._pacing = UpdatePacing(lambda: bool(self._looks.slow), lambda: self._sequence.is_playing)
         self._live, self._closing = LivePage(), contextlib.ExitStack()
+        self._autopilot = options.autopilot
+        if self._autopilot is not None:
+            self._closing.callback(self._autopilot.close)
         with icons_from_one_archive():
             self._layout = Layout(self._parts(options, beside))
         self._panels = self._layout.panels
@@ -224,6 +227,7 @@ class App(contextlib.AbstractContextManager["App"]):
             notify=self.notify,
             sessions=SessionFolder(options.sessions),
             recordings=options.sessions.with_name(RECORDINGS_FOLDER),
+            autopilot=options.autopilot,
         )
 
     def _welcome(self, client: viser.ClientHandle) -> None:
@@ -272,6 +276,9 @@ class App(contextlib.AbstractContextManager["App"]):
                 self._load(view)
         self._tell_notes(before, view, None)
         analysis = self._newest = follower.read(view, frame)
+        if self._autopilot is not None and (seen := analysis.tracked_frame) is not None:
+            assumed = f"the {' and the '.join(sorted(view.assumed))} is assumed" if view.assumed else None
+            self._autopilot.see(frame, analysis.estimate, seen.tracked, analysis.trust, assumed)
         if self._pacing.shows_next():
             self._show(analysis)
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import viser
 from dockpose.app.experiment.session import SessionFolder
+from dockpose.app.export.mavlink import Autopilot
 from dockpose.app.inputs.received import UploadStore
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import CancelledError, Progress
@@ -59,6 +60,7 @@ class Parts:
     sessions: SessionFolder
     recordings: Path  # where a live source is recorded
     closing: ExitStack  # stops whatever runs
+    autopilot: Autopilot | None = None  # to which what is seen may be sent
 
     def attempt(self, act: Callable[[], object], client: viser.ClientHandle) -> bool:
         """Do what a person asked for; False if it failed, after saying so."""

@@ -9,7 +9,9 @@ from dockpose.app.commands.arguments import Commands, add_options, camera_of, do
 from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, say
 from dockpose.app.commands.logging_options import warned
 from dockpose.app.errors import UserError
+from dockpose.app.export.mavlink import Autopilot
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER, Options
+from dockpose.sources import Kind, kind_of
 
 if TYPE_CHECKING:
     from dockpose.app.web.app import App
@@ -23,7 +25,7 @@ _OPEN_WARNING = (
 def add_parser(commands: Commands) -> None:
     """Add the command ``serve``."""
     parser = commands.add_parser("serve", help="open the page in the browser (this is what dockpose alone does)")
-    add_options(parser, "serve_source", "camera_and_dock", "topic", "wishes")
+    add_options(parser, "serve_source", "camera_and_dock", "topic", "wishes", "mavlink")
     add_options(parser, "serve", port={"default": DEFAULT_PORT}, sessions={"default": SESSIONS_FOLDER})
 
 
@@ -82,4 +84,15 @@ def _options(arguments: argparse.Namespace) -> Options:
         view_link=arguments.view_token,
         wishes=wishes_of(arguments, [] if arguments.source is None else [arguments.source]),
         topic=arguments.topic,
+        autopilot=_autopilot(arguments),
     )
+
+
+def _autopilot(arguments: argparse.Namespace) -> Autopilot | None:
+    """The link to an autopilot, on which nothing is sent until somebody switches it on on the page."""
+    if arguments.mavlink is None:
+        return None
+    if arguments.source is None or kind_of(arguments.source) not in (Kind.CAMERA, Kind.STREAM):
+        raise UserError(f"--mavlink {arguments.mavlink}: sends what is seen now; give a camera or a stream")
+    how = (arguments.mavlink_send, arguments.mavlink_ids, arguments.mavlink_age)
+    return Autopilot(arguments.mavlink, *how, tell=say, is_on=False)

@@ -94,5 +94,5 @@ def _autopilot(arguments: argparse.Namespace) -> Autopilot | None:
         return None
     if arguments.source is None or kind_of(arguments.source) not in (Kind.CAMERA, Kind.STREAM):
         raise UserError(f"--mavlink {arguments.mavlink}: sends what is seen now; give a camera or a stream")
-    how = (arguments.mavlink_send, arguments.mavlink_ids, arguments.mavlink_age)
-    return Autopilot(arguments.mavlink, *how, tell=say, is_on=False)
+    send, ids = arguments.mavlink_send, arguments.mavlink_ids
+    return Autopilot(arguments.mavlink, send, ids, arguments.mavlink_age, tell=say, is_on=False)

@@ -152,8 +152,7 @@ class RtpCapture:
         if now_s - self._told_s < _TELL_EVERY_S:
             return
         if not self._is_there:
-            hears = now_s - self._heard_s < _SILENT_S
-            port = self._described.port
+            hears, port = now_s - self._heard_s < _SILENT_S, self._described.port
             sentence = f"packets come to UDP port {port}, but no picture of H.264, H.265 or JPEG that begins by itself"
             self._tell(f"{self._address}: {sentence if hears else f'nothing comes to UDP port {port}'}")
         elif self._lost or self._left_out:

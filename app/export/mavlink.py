@@ -66,7 +66,7 @@ class Autopilot:
         except OSError as error:
             raise UserError(f"--mavlink {address}: cannot be opened ({error.strerror or error})") from error
         self._names: Any = dialect
-        self._mavlink: Any = dialect.MAVLink(self._link, *map(int, system.groups()))
+        self._mavlink: Any = dialect.MAVLink(self._link, int(system[1]), int(system[2]))
         self._held, self._stop = threading.Lock(), threading.Event()
         self.is_on = is_on
         self.sent, self.refused, self._resets = 0, 0, 0  # frames, and what is new about the poses

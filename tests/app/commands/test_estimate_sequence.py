@@ -347,7 +347,7 @@ def test_smoothed_poses_come_at_the_end_with_the_lines(tmp_path, capsys):
 @contextlib.contextmanager
 def a_vehicle_sends(folder, port):
     """Send the pictures to and fro, 30 times a second."""
-    pictures = [cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR) for picture in pictures_in(folder)]
+    pictures = [np.stack([np.asarray(picture)] * 3, axis=-1) for picture in pictures_in(folder)]
     stop, sender = threading.Event(), Sender(port, "H264", (320, 240), 30, 10)
 
     def send() -> None:

@@ -62,7 +62,7 @@ def linked(received, send, **more):
 
 
 def float32(values) -> list[float]:
-    return np.float32(values).tolist()
+    return [float(np.float32(value)) for value in values]
 
 
 def test_each_field_of_an_estimate(received, seen):

@@ -21,7 +21,7 @@ from dockpose.sources.rtp.packets import Ordered, Packet, Receiver, described
 from dockpose.sources.rtp.payload import Payload, name_of, payload_of
 
 _MICROSECOND = Fraction(1, 1_000_000)
-_DRIFT = 2e-4  # the most that the sender's clock goes off ours
+_DRIFT = 0.1  # the most that the sender's clock goes off ours: some count frames at a rate that they do not keep
 _CLOCK_WAS_SET_S = 5.0
 _SILENT_S = 2.0  # after which the sender counts as gone
 _TELL_EVERY_S = 10.0

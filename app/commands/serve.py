@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 from dockpose.app.commands.arguments import camera_of, dock_of, warned, wishes_of
 from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, say
 from dockpose.app.errors import UserError
+from dockpose.app.export.mavlink import Autopilot
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER, Options
+from dockpose.sources import Kind, kind_of
 
 if TYPE_CHECKING:
     from dockpose.app.web.app import App
@@ -77,4 +79,15 @@ def _options(arguments: argparse.Namespace) -> Options:
         view_link=arguments.view_token,
         wishes=wishes_of(arguments, [] if arguments.source is None else [arguments.source]),
         topic=arguments.topic,
+        autopilot=_autopilot(arguments),
     )
+
+
+def _autopilot(arguments: argparse.Namespace) -> Autopilot | None:
+    """The link to an autopilot, on which nothing is sent until somebody switches it on on the page."""
+    if arguments.mavlink is None:
+        return None
+    if arguments.source is None or kind_of(arguments.source) not in (Kind.CAMERA, Kind.STREAM):
+        raise UserError(f"--mavlink {arguments.mavlink}: sends what is seen now; give a camera or a stream")
+    send, ids = arguments.mavlink_send, arguments.mavlink_ids
+    return Autopilot(arguments.mavlink, send, ids, arguments.mavlink_age, tell=say, is_on=False)

@@ -10,16 +10,8 @@ from typing import Any
 import numpy as np
 from dockpose import Estimate
 from dockpose.app.errors import UserError
-from dockpose.app.export.vehicle import (
-    FORWARD,
-    Mount,
-    Placed,
-    dock_in_body,
-    moved,
-    quaternion_wxyz,
-    vehicle_covariance,
-    vehicle_in_dock,
-)
+from dockpose.app.export import vehicle
+from dockpose.app.export.vehicle import Mount, Placed
 from dockpose.app.state.trust import Trust
 from dockpose.pose.circle import CirclePose
 from dockpose.sources import Frame
@@ -51,8 +43,9 @@ class Autopilot:
         send: str = "estimate",
         ids: str = "1:197",
         most_age_s: float = 0.5,
-        mount: Mount = FORWARD,
+        mount: Mount = vehicle.FORWARD,
         tell: Callable[[str], None] = lambda text: None,
+        is_on: bool = True,
     ) -> None:
         self.address, self.mount, self._most_age_s, self._tell = address, mount, most_age_s, tell
         self.kinds = _kinds(send)
@@ -75,10 +68,9 @@ class Autopilot:
         self._names: Any = dialect
         self._mavlink: Any = dialect.MAVLink(self._link, int(system[1]), int(system[2]))
         self._held, self._stop = threading.Lock(), threading.Event()
-        self.is_on = True
-        self.sent, self.refused = 0, 0  # frames
+        self.is_on = is_on
+        self.sent, self.refused, self._resets = 0, 0, 0  # frames, and what is new about the poses
         self.words = "nothing yet"  # what came of the last frame
-        self._resets = 0
         self._before: tuple[int, Placed] | None = None  # time and pose that were sent last
         self._last: tuple[int, float] | None = None  # number and time of the frame before
         self._track: tuple[int | None, int] = None, 0  # its pose and its age
@@ -103,7 +95,7 @@ class Autopilot:
             for message in messages:
                 self._mavlink.send(message)
         self.sent += bool(messages)
-        x, y, z = vehicle_in_dock(found.selected, self.mount).position_m
+        x, y, z = vehicle.vehicle_in_dock(found.selected, self.mount).position_m
         self.words = f"{' and '.join(MESSAGES[kind] for kind in self.kinds)}: {-x:.2f} m before the dock, "
         self.words += f"{abs(y):.2f} m {'right' if y >= 0 else 'left'}, {abs(z):.2f} m {'below' if z >= 0 else 'above'}"
 
@@ -124,13 +116,13 @@ class Autopilot:
     def _messages(self, found: Estimate, pose: CirclePose, probability: float | None, time_s: float) -> list[Any]:
         """The messages about a frame; of the first after a gap there is no way from the one before."""
         names, messages = self._names, []
-        time_us, here = round(1e6 * time_s), vehicle_in_dock(pose, self.mount)
+        time_us, here = round(1e6 * time_s), vehicle.vehicle_in_dock(pose, self.mount)
         if "estimate" in self.kinds:
-            spread = vehicle_covariance(pose, self.mount)[_UPPER].tolist()
+            spread = vehicle.vehicle_covariance(pose, self.mount)[_UPPER].tolist()
             where = (*here.position_m.tolist(), *here.roll_pitch_yaw_rad)
             messages.append(names.MAVLink_vision_position_estimate_message(time_us, *where, spread, self._resets))
         if "delta" in self.kinds and self._before is not None:
-            turned, way = (part.tolist() for part in moved(self._before[1], here))
+            turned, way = (part.tolist() for part in vehicle.moved(self._before[1], here))
             since_us = time_us - self._before[0]
             sure = 100 * (found.detection or 0.0) * (probability or 0.0)
             messages.append(names.MAVLink_vision_position_delta_message(time_us, since_us, turned, way, sure))
@@ -140,22 +132,16 @@ class Autopilot:
         return messages
 
     def _target(self, pose: CirclePose, diameter_m: float, time_us: int) -> Any:
-        names, dock, (x, y, z) = self._names, dock_in_body(pose, self.mount), pose.position_m.tolist()
+        names, dock, (x, y, z) = self._names, vehicle.dock_in_body(pose, self.mount), pose.position_m.tolist()
         size = 2 * math.atan2(diameter_m / 2, math.hypot(x, y, z))
-        return names.MAVLink_landing_target_message(
-            time_us,
-            0,
-            names.MAV_FRAME_BODY_FRD,
-            math.atan2(x, z),
-            math.atan2(y, z),
-            math.hypot(*dock.position_m.tolist()),
-            size,
-            size,
+        where = (
             *dock.position_m.tolist(),
-            quaternion_wxyz(dock.rotation),
+            vehicle.quaternion_wxyz(dock.rotation),
             names.LANDING_TARGET_TYPE_LIGHT_BEACON,
-            1,
         )
+        range_m = math.hypot(*dock.position_m.tolist())
+        seen = names.MAV_FRAME_BODY_FRD, math.atan2(x, z), math.atan2(y, z)
+        return names.MAVLink_landing_target_message(time_us, 0, *seen, range_m, size, size, *where, 1)
 
     def _run(self) -> None:
         names, due_s = self._names, time.monotonic()

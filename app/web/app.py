@@ -71,6 +71,8 @@ class App(contextlib.AbstractContextManager["App"]):
         self._looks = Looks(server, self._guard, lambda *look: self._layout.of(SettingsPanel).follow(*look))
         self._pacing = pacing = UpdatePacing(lambda: bool(self._looks.slow), lambda: self.sequence.is_playing)
         self.live, self.closing = LivePage(), contextlib.ExitStack()  # which stops whatever runs
+        if options.autopilot is not None:
+            self.closing.callback(options.autopilot.close)
         with icons_from_one_archive():
             self._layout = Layout(self)  # pyright: ignore[reportArgumentType]
         self._panels, self.sequence = self._layout.panels, self._layout.of(SequencePanel)
@@ -255,6 +257,9 @@ class App(contextlib.AbstractContextManager["App"]):
                 self._load(view)
         self._tell_notes(before, view, None)
         analysis = self._newest = follower.read(view, frame)
+        if self.options.autopilot is not None and (seen := analysis.tracked_frame) is not None:
+            assumed = f"the {' and the '.join(sorted(view.assumed))} is assumed" if view.assumed else None
+            self.options.autopilot.see(frame, analysis.estimate, seen.tracked, analysis.trust, assumed)
         if self._pacing.shows_next():
             self._show(analysis)
 

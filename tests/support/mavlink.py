@@ -7,6 +7,8 @@ import sys
 from collections.abc import Iterator
 from typing import Any
 
+from tests.support.layout import ROOT
+
 
 class Received:
     """The messages of a receiver, as they come."""
@@ -27,7 +29,8 @@ class Received:
 
 @contextlib.contextmanager
 def receiving() -> Iterator[Received]:
-    process = subprocess.Popen([sys.executable, "-m", "tests.support.mavlink"], stdout=subprocess.PIPE, text=True)
+    command = [sys.executable, "-m", "tests.support.mavlink"]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     try:
         yield Received(process, int(process.stdout.readline()))

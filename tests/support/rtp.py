@@ -12,6 +12,8 @@ from typing import Any
 import av
 import numpy as np
 
+from tests.support.layout import ROOT
+
 CODERS = {"H264": "libx264", "H265": "libx265", "JPEG": "mjpeg"}
 _OPTIONS = {
     "libx264": {"preset": "ultrafast", "tune": "zerolatency", "x264-params": "repeat-headers=1:keyint={}:scenecut=0"},
@@ -90,7 +92,7 @@ def restarted(data: bytes, by: int) -> bytes:
 def sending(*words: object) -> Iterator[subprocess.Popen[str]]:
     """A process that sends as ``main`` says."""
     command = [sys.executable, "-m", "tests.support.rtp", *map(str, words)]
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     try:
         yield process
     finally:

@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError
 from dockpose.app.export.recording import ENDING, Recording
 from dockpose.app.inputs.received import safe_name
@@ -40,6 +41,7 @@ class LiveControls(Panel):
         self._record = self.add("button", "record", self.trying(lambda client: self.record()))
         self._stop = self.add("button", "stop", lambda client: self.stop())
         self._download = self.add("button", "download", self.trying(self._send))
+        self._sending = self.add("checkbox", "sending", lambda client: self._switch(), visible=False)
         self._boxes = {
             name: self.gui.add_text(**box, initial_value="", visible=False) for name, box in self.said["boxes"].items()
         }
@@ -57,6 +59,9 @@ class LiveControls(Panel):
         self._watch, self._summary = ExposureWatch(), ""
         self._words.visible = self._record.visible = live is not None
         self._download.visible = self._stop.visible = False
+        autopilot = self.app.options.autopilot
+        self._sending.visible = live is not None and autopilot is not None
+        self._sending.value = autopilot is not None and autopilot.is_on
         is_camera = live is not None and live.source.startswith(CAMERA)
         for control in (*self._boxes.values(), self._ask):
             control.visible = is_camera
@@ -115,6 +120,11 @@ class LiveControls(Panel):
         self._download.visible = recording.path.exists() and recording.size_bytes <= _LARGEST_DOWNLOAD_BYTES
         self._tell()
 
+    def _switch(self) -> None:
+        if self.app.options.autopilot is not None:
+            self.app.options.autopilot.is_on = self._sending.value
+            self._tell()
+
     def _tell(self) -> None:
         self._told_s = time.monotonic()
         live, recording, parts = self._source(), self._recording, []
@@ -127,6 +137,11 @@ class LiveControls(Panel):
             parts.append(f'<b id="recording" style="color: {_RED}">● {escape(words)}</b>')
         elif self._summary:
             parts.append(f'<span id="recorded">{escape(self._summary)}</span>')
+        autopilot = self.app.options.autopilot
+        if live is not None and autopilot is not None:
+            words = f"MAVLink to {autopilot.address}: {autopilot.words if autopilot.is_on else 'nothing, switched off'}"
+            sent = f"{count(autopilot.sent, 'frame')} sent, {autopilot.refused} not"
+            parts.append(f'<span id="autopilot">{escape(words)} ({sent})</span>')
         content = small("<br>".join(parts), 'id="live-source"')
         if content != self._words.content:
             self._words.content = content

@@ -20,7 +20,7 @@ from dockpose.sources.rtp.packets import Ordered, Packet, Receiver, described
 from dockpose.sources.rtp.payload import Payload, name_of, payload_of
 
 _MICROSECOND = Fraction(1, 1_000_000)
-_DRIFT = 2e-4  # the most that the sender's clock goes off ours
+_DRIFT = 0.1  # the most that the sender's clock goes off ours: some count frames at a rate that they do not keep
 _CLOCK_WAS_SET_S = 5.0
 _SILENT_S = 2.0  # after which the sender counts as gone
 _TELL_EVERY_S = 10.0
@@ -151,8 +151,7 @@ class RtpCapture:
         if now_s - self._told_s < _TELL_EVERY_S:
             return
         if not self._is_there:
-            hears = now_s - self._heard_s < _SILENT_S
-            port = self._described.port
+            hears, port = now_s - self._heard_s < _SILENT_S, self._described.port
             sentence = f"packets come to UDP port {port}, but no picture of H.264, H.265 or JPEG that begins by itself"
             self._tell(f"{self._address}: {sentence if hears else f'nothing comes to UDP port {port}'}")
         elif self._lost or self._left_out:

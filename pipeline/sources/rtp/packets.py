@@ -135,7 +135,9 @@ class Receiver:
             return None, False
         packet, now_s = packet_in(data), time.monotonic()
         kind = self._wanted.payload_type
-        if packet is None or (packet.payload_type != kind if kind is not None else not _may_be(packet.payload_type)):
+        # Types from 96 on have no fixed meaning (RFC 3551).
+        kinds = (JPEG_TYPE, *range(96, 128)) if kind is None else (kind,)
+        if packet is None or packet.payload_type not in kinds:
             return None, False
         source = (str(peer[0]), packet.source)
         is_new = source != self._source
@@ -147,11 +149,6 @@ class Receiver:
     def close(self) -> None:
         """Let go of the port."""
         self._socket.close()
-
-
-def _may_be(payload_type: int) -> bool:
-    """Whether a payload type is that of JPEG, or one without a fixed meaning (RFC 3551)."""
-    return payload_type == JPEG_TYPE or payload_type >= 96
 
 
 class Ordered:

@@ -58,7 +58,6 @@ class _Units:
         self._is_open = not about & 0x40
 
     def _whole_head(self, payload: bytes, about: int) -> bytes:
-        """Head of the unit that a first part is of."""
         raise NotImplementedError
 
     def finish(self) -> tuple[bytes, bool]:

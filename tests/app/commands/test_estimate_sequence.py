@@ -1,6 +1,8 @@
 """Live streams, videos and simulated courses through ``dockpose estimate``."""
 
+import contextlib
 import csv
+import itertools
 import json
 import signal
 import subprocess
@@ -18,8 +20,11 @@ from dockpose.app.cli import main
 from dockpose.app.commands.progress import FrameProgress, rate_text
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, film, save_sequence
+from dockpose.sources import open_frames
 
 from tests.support.cameras import V4l2Camera
+from tests.support.mavlink import receiving
+from tests.support.rtp import Sender, free_port
 from tests.support.scenes import CAMERA, random_scene
 from tests.support.streams import MjpegServer
 
@@ -337,3 +342,64 @@ def test_smoothed_poses_come_at_the_end_with_the_lines(tmp_path, capsys):
     assert rows[0]["predicted_x_m"] == ""
     assert main(["estimate", str(scene), "--smooth"]) == 2
     assert "--smooth needs --json FILE or --csv FILE" in capsys.readouterr().err
+
+
+@contextlib.contextmanager
+def a_vehicle_sends(folder, port):
+    """Send the pictures to and fro, 30 times a second."""
+    pictures = [np.stack([np.asarray(picture)] * 3, axis=-1) for picture in pictures_in(folder)]
+    stop, sender = threading.Event(), Sender(port, "H264", (320, 240), 30, 10)
+
+    def send() -> None:
+        for picture in itertools.cycle([*pictures, *reversed(pictures)]):
+            if stop.wait(1 / 30):
+                break
+            sender.send(picture)
+        sender.close()
+
+    thread = threading.Thread(target=send)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
+
+
+@pytest.mark.slow
+def test_a_vehicles_stream_goes_to_its_autopilot_and_into_a_recording(here, tmp_path):
+    """Each message is of a line in the results, and the dock is where the vehicle is not."""
+    port = free_port()
+    with receiving() as received, a_vehicle_sends(here, port):
+        outputs = ["--json", str(tmp_path / "live.jsonl"), "--record", str(tmp_path / "kept.mkv")]
+        words = ["estimate", f"rtp://127.0.0.1:{port}", "--camera", "camera.yaml", *KNOWN, *outputs]
+        command = [sys.executable, "-m", "dockpose", *words, "--mavlink", received.address]
+        process = subprocess.Popen(command, cwd=here, stderr=subprocess.PIPE, text=True)
+        messages = [received.next("VISION_POSITION_ESTIMATE") for _ in range(20)]
+        process.send_signal(signal.SIGINT)
+        told = process.communicate(timeout=60)[1]
+    assert process.returncode == 130
+    assert "320 x 240 h264 from 127.0.0.1" in told
+    assert f"{received.address}: " in told
+    lines = {round(1e6 * line["time_unix_s"]): line for line in lines_of((tmp_path / "live.jsonl").read_text())}
+    if messages[-1]["usec"] not in lines:  # it was stopped between sending and writing
+        messages.pop()
+    for message in messages:
+        line = lines[message["usec"]]
+        assert not line["track"]["predicted"]
+        x, y, z = line["chosen"]["position_m"]
+        assert np.linalg.norm([message["x"], message["y"], message["z"]]) == pytest.approx(np.linalg.norm([x, y, z]))
+        assert message["x"] < -0.5
+    with open_frames(str(tmp_path / "kept.mkv")) as kept:
+        assert kept.count is not None
+        assert kept.count >= 20
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (["film.avi", "--mavlink", "udpout:127.0.0.1:9"], "sends what is seen now, but film.avi is a recording"),
+    ],
+)
+def test_a_recording_goes_to_no_autopilot(here, refusal, words, why):
+    assert why in refusal("estimate", *words, "--camera", "camera.yaml", *KNOWN)

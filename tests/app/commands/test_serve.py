@@ -95,3 +95,16 @@ def test_pages_of_a_picture_that_is_served_turn_in_its_folder_and_have_checksums
 def test_what_cannot_be_served_is_said(tmp_path, refusal):
     for words in (["gone.png"], ["serve", "--folder", str(tmp_path / "none")], ["serve", "--port", "70000"]):
         assert refusal(*words)
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (["--mavlink", "udpout:127.0.0.1:14550"], "give a camera or a stream"),
+        (["plain", "--mavlink", "udpout:127.0.0.1:14550"], "give a camera or a stream"),
+        (["rtp://:5600", "--mavlink", "there"], "--mavlink there: write it as udpout:127.0.0.1:14550"),
+        (["rtp://:5600", "--mavlink", "udpout:127.0.0.1:9", "--mavlink-send", "all"], "--mavlink-send all: may be"),
+    ],
+)
+def test_an_autopilot_that_cannot_be_is_said(refusal, words, why):
+    assert why in refusal("serve", *words)

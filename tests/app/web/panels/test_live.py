@@ -5,6 +5,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Dock
+from dockpose.app.export.mavlink import Autopilot
 from dockpose.app.export.recording import Recording
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.live import recording_path, recording_words
@@ -14,6 +15,7 @@ from dockpose.sources import Arrival, Frame, Wishes, open_frames
 
 from tests.support.cameras import V4l2Camera
 from tests.support.clock import until
+from tests.support.mavlink import receiving
 from tests.support.scenes import CAMERA, random_scene
 
 SMALL = CAMERA.for_size(320, 240)
@@ -118,3 +120,36 @@ def test_a_stream_or_nothing_has_no_camera_to_ask(tmp_path):
         live.record()  # as by a click that came late
         live.ask()
         assert not (tmp_path / RECORDINGS_FOLDER).exists()
+
+
+def test_what_goes_to_the_autopilot_is_switched_and_shown(tmp_path, monkeypatch):
+    picture = render(random_scene(4, camera=SMALL, position_m=(0.0, 0.0, 1.0)))[0]
+    monkeypatch.setattr(cv2, "VideoCapture", V4l2Camera.make([picture] * 5000, rates_hz=(50.0,), sizes=((320, 240),)))
+    with receiving() as received:
+        autopilot = Autopilot(received.address, is_on=False)
+        options = Options(sessions=tmp_path / "sessions", autopilot=autopilot)
+        with App("0", SMALL, Dock(0.30, 10), port=0, options=options) as app:
+            live = controls(app)
+            until(lambda: autopilot.refused > 2)
+            until(lambda: "nothing, switched off (0 frames sent" in live._words.content)
+            assert live._sending.visible
+            assert not live._sending.value
+            live._sending.value = True
+            live._switch()
+            message = received.next("VISION_POSITION_ESTIMATE")
+            assert np.linalg.norm([message[axis] for axis in "xyz"]) == pytest.approx(1.0, abs=0.05)
+            until(lambda: "VISION_POSITION_ESTIMATE: 0." in live._words.content)
+            app.sequence.close()
+            assert not live._sending.visible
+
+
+def test_nothing_is_sent_while_the_dock_is_assumed(tmp_path, monkeypatch):
+    picture = render(random_scene(4, camera=SMALL, position_m=(0.0, 0.0, 1.0)))[0]
+    monkeypatch.setattr(cv2, "VideoCapture", V4l2Camera.make([picture] * 5000, rates_hz=(50.0,), sizes=((320, 240),)))
+    with receiving() as received:
+        autopilot = Autopilot(received.address)
+        options = Options(sessions=tmp_path / "sessions", autopilot=autopilot)
+        with App("0", SMALL, port=0, options=options):
+            until(lambda: autopilot.refused > 5)
+            assert autopilot.words == "nothing: the dock is assumed"
+            assert autopilot.sent == 0

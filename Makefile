@@ -79,7 +79,7 @@ FIGURES := $(foreach part,readme variety speed limits choice,tests/bench/bench_$
 bench-readme: $(VENV)/.test
 	$(BIN)/python -m pytest $(FIGURES) -s -o python_files='bench_*.py' -o faulthandler_timeout=0
 
-# Other ways of finding a dock, and other thresholds, on the same pictures, into docs/peers.md: ten minutes on two cores.
+# Other ways of finding a dock, and other thresholds, on the same pictures, into docs/peers.md: five minutes on two cores.
 peers: $(VENV)/.test
 	$(BIN)/python -m tests.bench.peers
 

@@ -22,7 +22,7 @@ from tests.bench.peers.thresholds import angle_deg
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGE, FIGURE = ROOT / "docs" / "peers.md", ROOT / "docs" / "figures" / "peers.svg"
-SEED, OF_THRESHOLDS = 2016, 30
+SEED, OF_THRESHOLDS = 2016, 14
 MARKS = "oPs^DvX<>"
 
 

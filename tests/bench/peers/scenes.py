@@ -23,7 +23,7 @@ DOCK = Dock(diameter=0.30, lights=10)
 SIDE_M = 0.30 * math.sqrt(math.pi) / 2  # of a square plate of the ring's area
 RANGES = (2.0, 4.0, 8.0, 14.0, 20.0)  # in diameters
 TURBIDITIES = (0.0, 0.6, 0.76, 0.86)
-POSES = 10  # of each range in each water
+POSES = 7  # of each range in each water
 LIGHT_LEVELS, WHITE_LEVELS, BLACK_LEVELS = 400.0, 220.0, 12.0  # of a light at its peak, and of the plate from near by
 FINE = 3  # pixels of the drawing to one of the picture, each way
 
@@ -55,7 +55,8 @@ def seen(seed: int, turbidity: float, range_diameters: float, number: int, print
     """A pose in a water; ``prints`` are squares (n, n), 0 black and 1 white, of whole plates."""
     rng = np.random.default_rng([seed, round(1000 * turbidity), round(range_diameters), number])
     z_m = range_diameters * DOCK.diameter
-    reach = [max(0.0, side / 2 - 0.8 * CAMERA.fx * DOCK.radius / z_m) * z_m / CAMERA.fx for side in (640, 480)]
+    # So that the plates' corners are within the picture too.
+    reach = [max(0.0, side / 2 * z_m / CAMERA.fx - 0.75 * SIDE_M) for side in (640, 480)]
     position = np.array([*(rng.uniform(-each, each) for each in reach), z_m])
     tilt_rad, around_rad = math.radians(rng.uniform(0, 60)), rng.uniform(0, 2 * math.pi)
     pose = draw.tilted_pose(position, tilt_rad, around_rad, rng.uniform(0, 360))
@@ -132,4 +133,5 @@ def drawn_by_lamps(seed: int, range_diameters: float, number: int) -> Seen:
     radii = np.maximum(0.01 * CAMERA.fx / distances, 0.8)
     noise = float(rng.uniform(0.5, 3))
     image = lamps.draw_lamps((640, 480), lights_px, radii, rng.uniform(0.5, 1.5, 10), rng, noise_levels=noise)
-    return Seen("lamps.py", range_diameters, position, normal, lights_px, {"ring": image}, dock=dock)
+    # Its lamps are counted the other way around.
+    return Seen("lamps.py", range_diameters, position, normal, lights_px[::-1], {"ring": image}, dock=dock)

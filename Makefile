@@ -17,7 +17,7 @@ CORE_OF_PAGE := $(foreach part,page view tank policy,tests/browser/test_$(part).
 REST_OF_PAGE := $(filter-out $(CORE_OF_PAGE),$(wildcard tests/browser/test_*.py))
 ABREAST := --numprocesses 3 --dist loadfile --no-loadscope-reorder
 
-.PHONY: licences release try-release run report test test-slow test-page test-busy test-oldest test-pythons resolve lint real bench bench-readme fuzz security soak samples screenshots figures docs newcomer clean
+.PHONY: peers licences release try-release run report test test-slow test-page test-busy test-oldest test-pythons resolve lint real bench bench-readme fuzz security soak samples screenshots figures docs newcomer clean
 
 run: $(VENV)/.installed
 	@# Compiles what was not or has changed, so that the page need not wait for that.
@@ -78,6 +78,10 @@ bench: $(VENV)/.test $(VENV)/.chromium
 FIGURES := $(foreach part,readme variety speed limits choice,tests/bench/bench_$(part).py)
 bench-readme: $(VENV)/.test
 	$(BIN)/python -m pytest $(FIGURES) -s -o python_files='bench_*.py' -o faulthandler_timeout=0
+
+# Other ways of finding a dock, and other thresholds, on the same pictures, into docs/peers.md: five minutes on two cores.
+peers: $(VENV)/.test
+	$(BIN)/python -m tests.bench.peers
 
 # A million inputs that nobody would make on purpose; atheris has no wheel for every Python.
 fuzz: $(VENV)/.test

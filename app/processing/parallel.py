@@ -9,6 +9,7 @@ import math
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -28,6 +29,7 @@ _LARGEST_CHUNK = 10 * BLOCK  # frames; a decoder starts at a key frame, often on
 _CHUNKS_EACH = 4  # for each worker at least, so that none waits long for the last
 SCHEDULER_TIMEOUT_S = 10.0
 _AHEAD = 2  # submitted chunks for each worker
+_MOST_ON_WINDOWS = 61  # processes, for which Python can wait there
 
 
 @dataclass(frozen=True)
@@ -142,6 +144,7 @@ def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
         with _cluster(scheduler) as found:
             yield found
         return
+    jobs = min(jobs, _MOST_ON_WINDOWS) if sys.platform == "win32" else jobs
     context = multiprocessing.get_context("spawn")  # a fork would copy locks that other threads hold
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_leave_interrupts)
     try:

@@ -12,6 +12,7 @@ import cv2
 import msgspec
 import pytest
 from dockpose.app.cli import main
+from dockpose.app.processing import parallel
 from dockpose.app.processing.parallel import workers
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, film, save_sequence
@@ -84,6 +85,23 @@ def test_a_scheduler_that_does_not_answer_is_told(tank, monkeypatch, capsys):
         warnings.simplefilter("ignore")
         assert main(["estimate", "film.avi", "--scheduler", "tcp://127.0.0.1:9"]) == 2
     assert "no Dask scheduler answers" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("system", "processes"), [("win32", 61), ("linux", 64), ("darwin", 64)])
+def test_windows_waits_for_no_more_processes_than_it_can(system, processes, monkeypatch):
+    made = []
+
+    class Pool:
+        def __init__(self, jobs, **how):
+            made.append(jobs)
+
+        def shutdown(self, *words, **how):
+            pass
+
+    monkeypatch.setattr(parallel, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(parallel.sys, "platform", system)
+    with workers(64, None) as (_, jobs):
+        assert [jobs] == made == [processes]
 
 
 def begin_a_result(sign):

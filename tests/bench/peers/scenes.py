@@ -8,8 +8,7 @@ import numpy as np
 from dockpose import Camera, Dock
 from dockpose.pose.circle import rotation_from_angles
 from dockpose.simulate import Pose, Scene
-from dockpose.simulate.optics.hankel import FREQUENCIES
-from dockpose.simulate.optics.psf import Psf, point_spread
+from dockpose.simulate.optics.psf import FREQUENCIES, Psf, point_spread
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background, Lights, Sensor
 from dockpose.simulate.render import expose

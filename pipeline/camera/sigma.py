@@ -83,13 +83,8 @@ def errors_of(camera: Camera) -> tuple[list[str], np.ndarray]:
     if not {"cx", "cy"} & known.keys():
         usual |= {"cx": [0, CENTRE_PX, 0], "cy": [0, 0, CENTRE_PX]}
     factors = np.array(list(usual.values())).reshape(-1, 3)
-    return [*known, *usual], _together(covariance, factors @ factors.T)
-
-
-def _together(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """The covariance of numbers (N, N) and others (M, M) that have nothing to do with each other."""
-    between = np.zeros((len(one), len(other)))
-    return np.block([[one, between], [between.T, other]])
+    apart = np.zeros((len(covariance), len(factors)))  # the usual errors have nothing to do with those that are known
+    return [*known, *usual], np.block([[covariance, apart], [apart.T, factors @ factors.T]])
 
 
 def _known(camera: Camera) -> tuple[dict[str, float], np.ndarray]:
@@ -139,8 +134,9 @@ def with_port_errors(camera: Camera, names: Sequence[str], covariance: np.ndarra
     """The camera with the covariance (P, P) of its port's lengths, beside the standard errors that it has."""
     known, errors = _known(camera)
     before = [name for name in known if name not in _PORT]
-    together = _together(errors[: len(before), : len(before)], covariance)
-    return with_errors(camera, [*before, *names], together)
+    apart = np.zeros((len(before), len(covariance)))
+    both = np.block([[errors[: len(before), : len(before)], apart], [apart.T, covariance]])
+    return with_errors(camera, [*before, *names], both)
 
 
 def transformed(camera: Any, becomes: dict[str, tuple[str, float]]) -> dict[str, Any]:

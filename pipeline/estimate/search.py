@@ -97,7 +97,7 @@ class _Found:
         """Whether nearly all lights are there, where they should be, within a share of the major semi-axis."""
         if self.status != "ok":
             return False
-        ring, ellipse, choice = (self.stages[name] for name in ("ring", "ellipse", "choice"))
+        ring, ellipse, choice = self.stages["ring"], self.stages["ellipse"], self.stages["choice"]
         count, rms_px = int(ring.on_ring.sum()), choice.candidates[choice.selected].rms_px or 0.0
         least = min(MIN_POINTS, ring.lights or MIN_POINTS)
         if self.log_chance > (_NO_CHANCE if least == MIN_POINTS else _LITTLE_CHANCE):

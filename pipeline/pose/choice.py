@@ -91,14 +91,14 @@ def choose_by_spacing(
     squares = np.where(fits, squares, np.maximum(squares, _NO_CHANCE * (squares[fits].min() + 1.0))).tolist()
     first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], fit.numbers)))
     by = "colours" if labels is not None and dock.colours and any(labels) else "spacing"
-    if not dock.offsets_m:
+    if not dock.offsets_m and min(squares) > fit.points * _PLACED_PX**2:
         fit = _slid(fit, placement, dock, rays)
     return choice_of(fit, [first, 1 - first], placement, by, camera, dock, rays)
 
 
 def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, dock: Dock, rays: LightRays) -> Fit:
     """If refinement brought both candidates to the same pose, put the one that moved farther back where it was."""
-    before, after = (_angle_rad(each[0, :, 2], each[1, :, 2]) for each in (R, fit.rotations))
+    before, after = [_angle_rad(each[0, :, 2], each[1, :, 2]) for each in (R, fit.rotations)]
     if before < SAME_RAD or after > _SLID * before:
         return fit
     turned = [_angle_rad(R[k, :, 2], fit.rotations[k, :, 2]) for k in range(len(R))]
@@ -114,7 +114,7 @@ def _slid(fit: Fit, placement: Placement, dock: Dock, rays: LightRays) -> Fit:
     """The poses of lights that may slide along the rim, where they lie far more exactly on it than in their places."""
     count, spare, best = fit.points, fit.points - 5, int(np.argmin(fit.squares_px2))
     least = float(fit.squares_px2[best])
-    if spare < 1 or least < count * _PLACED_PX**2:
+    if spare < 1:
         return fit
     from scipy.special import fdtrc  # takes a third of a second to import, which few pictures need
 
@@ -143,7 +143,7 @@ def choice_of(
     noise = noise_px(float(fit.squares_px2.min()), fit.numbers, 5 if placement is None else 6)
     sigmas = [deviations(covariance, R, noise) for covariance, R in zip(fit.covariances, fit.rotations, strict=True)]
     if placement is not None and len(probabilities) == 2:
-        (x0, y0), (x1, y1) = (angles_of(-rotation[:, 2]) for rotation in fit.rotations)
+        (x0, y0), (x1, y1) = [angles_of(-rotation[:, 2]) for rotation in fit.rotations]
         probabilities = nearer(probabilities, (x0 - x1, y0 - y1), (sigmas[0][1], sigmas[1][1]))
     order = sorted(range(len(probabilities)), key=lambda k: -probabilities[k])
     candidates = []

@@ -18,7 +18,7 @@ def test_opens_with_a_result(page):
 
 def test_fits_a_small_laptop(page):
     shown = page.page
-    parts = [shown.get_by_text(words) for words in ("Threshold (orange line)", "root mean square")]
+    parts = [shown.get_by_text(words) for words in ("Threshold (orange line)", "± A, one sigma")]
     for part in (shown.get_by_role("button", name="Fit", exact=True), *parts):
         page.reveal(part)
         place = part.first.bounding_box()

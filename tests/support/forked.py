@@ -47,8 +47,9 @@ def run_on_full_disk(limit_bytes: int, folder: Path, *words: str) -> Done:
 def _run(limit_bytes: int, folder: str, words: tuple[str, ...], connection) -> None:
     import resource  # not on each system
 
-    from dockpose.app.cli import main
+    from dockpose.app.cli import _loaded, main
 
+    _loaded(words[0])  # the disk fills while it works, not while it is loaded
     os.chdir(folder)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     os.dup2(connection.fileno(), 2)

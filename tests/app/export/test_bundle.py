@@ -10,6 +10,7 @@ import pytest
 import yaml
 from dockpose import Settings
 from dockpose.app.drawing.annotated import LAYERS, annotate
+from dockpose.app.drawing.colours import TRUST_COLOURS
 from dockpose.app.export.bundle import picture_files, read_lines, to_zip
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import CancelledError, Progress
@@ -39,7 +40,7 @@ def test_all_files_agree(analysis):
     picture = cv2.imdecode(np.frombuffer(files["picture.png"], np.uint8), cv2.IMREAD_UNCHANGED)
     np.testing.assert_array_equal(picture, analysis.view.image)
     drawn = cv2.imdecode(np.frombuffer(files["annotated.png"], np.uint8), cv2.IMREAD_COLOR)
-    headline = ("Dock found", "#009E73")
+    headline = ("Dock found", TRUST_COLOURS["green"])
     np.testing.assert_array_equal(
         drawn, annotate(analysis.view.image, analysis.estimate, layers=LAYERS, headline=headline)
     )

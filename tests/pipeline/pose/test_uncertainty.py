@@ -170,7 +170,8 @@ def test_a_lamps_depth_as_large_as_the_ring_is_refused():
 
 @pytest.mark.parametrize("freedom", [1, 2, 3, 4, 5, 10, 15, 122, 123, 1000])
 def test_the_quantile_of_students_distribution_is_scipys(freedom):
-    assert _quantile(freedom) * 1.96 == pytest.approx(stdtrit(freedom, 0.975), rel=1e-12)
+    # SciPy 1.13 has its own to ten digits; those of one and two degrees are known by hand to all, below.
+    assert _quantile(freedom) * 1.96 == pytest.approx(stdtrit(freedom, 0.975), rel=1e-9)
 
 
 def test_the_quantile_of_one_and_two_degrees_by_hand():

@@ -177,7 +177,8 @@ def error_cells(pose: CirclePose, known: KnownPose | MeasuredPose) -> list[str]:
     pairs = zip(numbers.pose_values(pose), known_values, strict=True)
     errors = [None if true is None else found - true for found, true in pairs]
     turns = [None if turn is None else (turn + 180) % 360 - 180 for turn in errors[3:]]
-    return [numbers.number(value, signed=True) for value in (*errors[:3], *turns)]
+    signed = [None if value is None else round(value, 1) + 0.0 for value in (*errors[:3], *turns)]  # + 0.0: no -0.0
+    return [MISSING if value is None else f"{value:+.1f}" for value in signed]
 
 
 def _described(pose: CirclePose) -> dict[str, str]:

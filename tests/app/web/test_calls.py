@@ -17,6 +17,7 @@ from dockpose.app.web.panels.tank import CameraPanel
 OURS = tuple(str(Path(package.__file__ or "").resolve().parent) for package in (dockpose, dockpose.app))
 BEFORE = 1097  # calls when the lights were searched for with each move, and sentences painted that had not changed
 TIMEOUT_S = 300
+BY_THE_CLOCK = ("dockpose age",)  # threads that look every so often, whatever is moved
 BROWSER = SimpleNamespace(client_id=1)
 
 
@@ -27,7 +28,8 @@ class Calls(Counter):
 
     def profile(self, frame, event, argument):
         code = frame.f_code
-        if self.is_counting and event == "call" and code.co_filename.startswith(OURS):
+        is_ours = event == "call" and code.co_filename.startswith(OURS)
+        if self.is_counting and is_ours and threading.current_thread().name not in BY_THE_CLOCK:
             self[code.co_filename, code.co_name] += 1
 
     def __enter__(self):

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 import numpy as np
 from dockpose.checks import check_number, check_one_of, make_plain
-from dockpose.files.yaml_file import FileError, read_yaml
+from dockpose.files import FileError, read_yaml
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.uncertainty import cross
 

@@ -13,7 +13,7 @@ import os
 import threading
 import time
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import av
 import numpy as np

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 import numpy as np
 from dockpose.checks import check_number, check_one_of, make_plain
-from dockpose.files.yaml_file import FileError, read_yaml
+from dockpose.files import FileError, read_yaml
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.uncertainty import cross
 
@@ -120,10 +120,7 @@ class Vehicle(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
         turn = Rotation.from_euler("z", -degrees, degrees=True)
         quaternion = (Rotation.from_matrix(self.rotation) * turn).as_quat()
-        mount = msgspec.structs.replace(
-            self.T_body_camera, quaternion_xyzw=quaternion, roll_deg=None, pitch_deg=None, yaw_deg=None
-        )
-        return Vehicle(T_body_camera=mount, frame=self.frame)
+        return self._mounted(quaternion, self.frame)
 
     def in_frame(self, frame: str) -> "Vehicle":
         """The same vehicle with its frame's axes as "frd" or "flu" has them."""
@@ -133,12 +130,12 @@ class Vehicle(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
             return self
         x, y, z = self.T_body_camera.position_m
         turned = np.diag([1.0, -1.0, -1.0]) @ self.rotation
-        mount = Mount(
-            position_m=(x, -y, -z),
-            quaternion_xyzw=Rotation.from_matrix(turned).as_quat(canonical=True),  # pyright: ignore[reportArgumentType]
-            position_sigma_m=self.T_body_camera.position_sigma_m,
-            angle_sigma_deg=self.T_body_camera.angle_sigma_deg,
-        )
+        return self._mounted(Rotation.from_matrix(turned).as_quat(canonical=True), frame, position_m=(x, -y, -z))
+
+    def _mounted(self, quaternion: np.ndarray, frame: str, **more: Any) -> "Vehicle":
+        """The vehicle whose camera is turned by a quaternion (4,), whatever angles were given."""
+        angles = dict.fromkeys(_ANGLES)
+        mount = msgspec.structs.replace(self.T_body_camera, quaternion_xyzw=quaternion, **angles, **more)
         return Vehicle(T_body_camera=mount, frame=frame)
 
     @property

@@ -53,15 +53,6 @@ def test_imports_between_folders_point_one_way():
         ("dockpose.sources.opening", "dockpose.simulate.film", True),
         ("dockpose.estimate", "dockpose.app.state.view", False),
         ("dockpose", "dockpose.estimate.estimate", True),
-    ],
-)
-def test_what_the_library_may_import(name, imported, allowed):
-    assert layout.is_allowed_in_library(name, imported) == allowed
-
-
-@pytest.mark.parametrize(
-    ("name", "imported", "allowed"),
-    [
         ("dockpose.app.web.app", "dockpose.app.state.view", True),
         ("dockpose.app.state.view", "dockpose.app.web.html", False),
         ("dockpose.app.state.view", "dockpose.app.experiment.session", False),
@@ -70,8 +61,8 @@ def test_what_the_library_may_import(name, imported, allowed):
         ("dockpose.app.inputs.received", "dockpose.camera.Camera", True),
     ],
 )
-def test_what_the_app_may_import(name, imported, allowed):
-    assert layout.is_allowed_in_app(name, imported) == allowed
+def test_what_a_file_may_import(name, imported, allowed):
+    assert layout.is_allowed(name, imported) == allowed
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import Batch, Picture, expand, known, read_sidecar
 from dockpose.app.inputs.sequences import FrameSource, typed
 from dockpose.app.processing.comparison import compare
-from dockpose.files.yaml_file import FileError
+from dockpose.files import FileError
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.sources import Kind, kind_of
 from dockpose.text import printable

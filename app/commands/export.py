@@ -12,7 +12,7 @@ from dockpose.app.errors import UserError, blaming, check_folder, writing
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.record import is_session
 from dockpose.app.inputs.pictures import camera_and_dock
-from dockpose.files.durable_files import write_whole
+from dockpose.files import write_whole
 
 _LINES_ENDINGS = (".jsonl", ".ndjson", ".json")
 KNOWN = {"layers": {"default": ",".join(LAYERS)}}

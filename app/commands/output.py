@@ -25,7 +25,7 @@ from dockpose.app.export.recordings.ros import PoseFile, Seen
 from dockpose.app.inputs.protected import Protected
 from dockpose.app.processing.analysis import headline_of
 from dockpose.app.state.trust import NO_POSE, Trust
-from dockpose.files.durable_files import write_all, write_whole
+from dockpose.files import write_all, write_whole
 from dockpose.text import as_text
 
 Recorded = PoseFile | RerunFile

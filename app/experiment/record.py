@@ -16,8 +16,7 @@ from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import pose_sigmas, pose_values
 from dockpose.camera.image import read
 from dockpose.checks import check_number
-from dockpose.files.durable_files import sync_folder, write_whole
-from dockpose.files.yaml_file import FileError, read_yaml
+from dockpose.files import FileError, read_yaml, sync_folder, write_whole
 
 SCHEMA = 1
 INFO, RESULTS, FRAMES = "session.yaml", "results.csv", "frames"

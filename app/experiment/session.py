@@ -23,8 +23,7 @@ from dockpose.app.experiment.record import Row, checked_edit, clean_text, estima
 from dockpose.app.inputs.protected import LOCK, FolderLock, InUseError
 from dockpose.app.inputs.received import below, safe_name
 from dockpose.app.resources import versions, with_versions
-from dockpose.files.durable_files import remove, remove_temporaries, sync_folder, write_whole
-from dockpose.files.yaml_file import FileError
+from dockpose.files import FileError, remove, remove_temporaries, sync_folder, write_whole
 
 _FRAME = re.compile(r"(\d+)\.(?:png|json)")
 _MOST = 500  # sessions that are listed

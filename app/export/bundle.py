@@ -20,7 +20,7 @@ from dockpose.app.processing.analysis import Analysis, headline_of
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view
 from dockpose.estimate import SCHEMA
-from dockpose.files.yaml_file import FileError, read_small
+from dockpose.files import FileError, read_small
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

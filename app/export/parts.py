@@ -19,7 +19,7 @@ from dockpose.app.errors import UserError, check_folder, writing
 from dockpose.app.experiment.record import csv_text
 from dockpose.app.processing.parallel import workers
 from dockpose.app.resources import read_toml, static_path, versions
-from dockpose.files.durable_files import write_whole
+from dockpose.files import write_whole
 from markupsafe import Markup
 
 if TYPE_CHECKING:

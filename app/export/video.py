@@ -13,7 +13,7 @@ from av import VideoStream
 from av.container import OutputContainer
 from av.error import FFmpegError
 from dockpose.app.errors import UserError, check_folder, unwritable, writing
-from dockpose.files.durable_files import GrowingFile, remove
+from dockpose.files import GrowingFile, remove
 
 # Encoder, its options, and the formats of grey, deep grey and colour pictures.
 _Codec = tuple[str, dict[str, str], tuple[str, str | None, str]]

@@ -12,8 +12,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.resources import data_folder
 from dockpose.camera.files import load_camera
 from dockpose.camera.image import orientation_sentence, turned
-from dockpose.files.durable_files import write_whole
-from dockpose.files.yaml_file import FileError, read_yaml, to_yaml
+from dockpose.files import FileError, read_yaml, to_yaml, write_whole
 from dockpose.pose.known import KnownPose, read_known_pose
 from dockpose.sources import list_pictures
 from dockpose.sources.pictures import read_tagged

@@ -14,7 +14,7 @@ from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import Batch, camera_and_dock, expand, known, read_sidecar
 from dockpose.app.inputs.received import below, folders_below, pictures_in, videos_below
-from dockpose.files.yaml_file import FileError
+from dockpose.files import FileError
 from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Scene, Sweep, load_sequence
 from dockpose.sources import Bag, Frames, Kind, Pictures, Simulated, SourceError, Tell, Wishes
 

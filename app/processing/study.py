@@ -21,7 +21,7 @@ from dockpose.app.experiment.record import csv_text
 from dockpose.app.inputs.protected import FolderLock, InUseError
 from dockpose.app.processing.parallel import workers
 from dockpose.app.resources import versions
-from dockpose.files.durable_files import remove_temporaries, sync_folder, write_whole
+from dockpose.files import remove_temporaries, sync_folder, write_whole
 from dockpose.study.judge import ELAPSED, as_text, methods, scene_rows
 
 BLOCK = 2  # scenes: about half a second of one core, which is what a kill can cost

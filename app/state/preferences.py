@@ -17,7 +17,7 @@ from dockpose.app.inputs.received import read_sent
 from dockpose.app.state.camera import with_own_camera, with_own_dock
 from dockpose.app.state.tank import Tank, make_private, write_whole
 from dockpose.app.state.view import View, open_source, with_sample, with_upload
-from dockpose.files.yaml_file import FileError, read_yaml, to_yaml
+from dockpose.files import FileError, read_yaml, to_yaml
 
 _EVERY_S = 2.0
 _PICTURE, _MOST_VALUES = "last-picture.png", 30_000_000

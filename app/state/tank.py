@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
-from dockpose.files.yaml_file import read_yaml, to_yaml
+from dockpose.files import read_yaml, to_yaml
 
 UNNAMED = "My tank"
 MOST_TANKS, LONGEST_NAME = 50, 40

@@ -8,8 +8,7 @@ import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.checks import check_one_of
-from dockpose.files.durable_files import write_whole
-from dockpose.files.yaml_file import FileError, read_yaml, to_yaml
+from dockpose.files import FileError, read_yaml, to_yaml, write_whole
 
 FORMATS = ("dockpose", "ros", "opencv")
 # Lens models as ROS and OpenCV name them, and how many coefficients each has; the last two are the same model.

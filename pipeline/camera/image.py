@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 from dockpose.camera import tiff
-from dockpose.files.yaml_file import FileError, read_small
+from dockpose.files import FileError, read_small
 from dockpose.text import InputError
 from PIL import ExifTags, Image, UnidentifiedImageError
 

@@ -6,8 +6,7 @@ from typing import Any
 import cv2
 import msgspec
 import numpy as np
-from dockpose.files.durable_files import write_whole
-from dockpose.files.yaml_file import FileError, read_yaml, to_yaml
+from dockpose.files import FileError, read_yaml, to_yaml, write_whole
 from dockpose.simulate.optics.water import preset
 from dockpose.simulate.render import render
 from dockpose.simulate.scene import Scene, Truth, truth_dict

@@ -1,10 +1,11 @@
 """What cameras are asked for, OpenCV's cameras without their messages, and streams without delay."""
 
+import abc
 import os
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -47,7 +48,44 @@ class Wishes:
 NO_WISHES = Wishes()
 
 
-class Camera:
+class Capture(abc.ABC):
+    """A live source that is open; what it says of itself is that of the frame which was grabbed last."""
+
+    has_our_clock = False  # whether ``time_s`` is by time.monotonic()
+
+    def __init__(self, *, grey: bool = False) -> None:
+        self._grey = grey
+        self._frame: av.VideoFrame | None = None
+        self.about = ""  # what it gives, in words, as "1280 x 720 MJPG at 30 frames/s"
+        self.packets: tuple[av.Packet, ...] = ()  # as it was sent
+        self.time_s: float | None = None  # by its own clock
+        self.unix_at_zero_s: float | None = None  # time of day at the zero of ``time_s``
+        self.left_out = 0  # pictures before it, for lack of packets
+        self.is_idle = False  # whether a grab that gives nothing is none that failed
+
+    def ask(self, wishes: Wishes) -> tuple[str, ...]:
+        """Set what can be set, and say in words what was refused; of a stream its sender decides."""
+        return ()
+
+    @abc.abstractmethod
+    def grab(self) -> bool:
+        """Wait for the next frame; False if there is none, or if it is corrupt."""
+
+    def retrieve(self) -> np.ndarray | None:
+        """Return the frame that was grabbed last, (H, W) or (H, W, 3) BGR, uint8 or uint16."""
+        return None if self._frame is None else picture_of(self._frame, grey=self._grey)
+
+    @property
+    def shown(self) -> Callable[[], np.ndarray] | None:
+        """Returns the frame as it is shown, where only its brightness was retrieved."""
+        return partial(picture_of, self._frame) if self._grey and self._frame is not None else None
+
+    @abc.abstractmethod
+    def release(self) -> None:
+        """Let go of it."""
+
+
+class Camera(Capture):
     """A camera of this machine, by its number, with whichever backend the system has. Raises SourceError without one.
 
     With Video4Linux, grey formats keep all their levels (GREY is uint8, Y10 to Y16 are uint16), and of Motion JPEG the
@@ -55,26 +93,14 @@ class Camera:
     that answers as OpenCV's source says that Video4Linux does.
     """
 
-    unix_at_zero_s = None  # time of day at the zero of ``time_s``
-    is_idle, has_our_clock, left_out = False, False, 0  # see RtpCapture
-
     def __init__(self, number: int, *, grey: bool = False) -> None:
-        self._grey = grey
+        super().__init__(grey=grey)
         self._decoder = av.CodecContext.create("mjpeg", "r")
-        self.shown: Callable[[], np.ndarray] | None = None
         self._capture = cv2.VideoCapture(number, cv2.CAP_ANY)
         if not self._capture.isOpened():
             self.release()
             raise SourceError(f"camera {number}: no camera has that number, or another program uses it")
-        # What it gives, in words, as "1280 x 720 MJPG at 30 frames/s", and the last frame as it was sent.
-        self.about = self._words(NO_WISHES)
-        self.packets: tuple[av.Packet, ...] = ()
-
-    @property
-    def time_s(self) -> float | None:
-        """When the driver had the last frame, by its clock (Video4Linux: monotonic), in seconds; None if unknown."""
-        stamp_ms = self._capture.get(cv2.CAP_PROP_POS_MSEC)
-        return stamp_ms / 1000 if stamp_ms > 0 else None
+        self.about = self._words()
 
     def ask(self, wishes: Wishes) -> tuple[str, ...]:
         """Set what can be set, and say in words what was refused."""
@@ -93,25 +119,29 @@ class Camera:
         if self._capture.getBackendName() == _WITH_RAW_DATA:
             is_raw = self._format() in (*_GREY_FORMATS, *_JPEG_FORMATS)
             self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0 if is_raw else 1)
-        refused = self._refused_of_format(wishes)
+        refused, taken = self._refused_of_format(wishes), [self._words()]
         if wishes.exposure is not None:
             self._capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, _MANUAL_EXPOSURE)
-            if not self._capture.set(cv2.CAP_PROP_EXPOSURE, wishes.exposure):
-                refused.append(f"does not take an exposure of {wishes.exposure:g} and keeps its own")
-                wishes = replace(wishes, exposure=None)
-        if wishes.gain is not None and not self._capture.set(cv2.CAP_PROP_GAIN, wishes.gain):
-            refused.append(f"does not take a gain of {wishes.gain:g} and keeps its own")
-            wishes = replace(wishes, gain=None)
-        self.about = self._words(wishes)
+        # To ask for what a camera does not have makes OpenCV write to standard error.
+        for name, article, which in (("exposure", "an", cv2.CAP_PROP_EXPOSURE), ("gain", "a", cv2.CAP_PROP_GAIN)):
+            if (asked := getattr(wishes, name)) is not None:
+                if self._capture.set(which, asked):
+                    taken.append(f"{name} {asked:g} asked, {self._capture.get(which):g} set")
+                else:
+                    refused.append(f"does not take {article} {name} of {asked:g} and keeps its own")
+        self.about = "; ".join(taken)
         return tuple(refused)
 
     def grab(self) -> bool:
         """Wait for the next frame; False if there is none."""
-        return self._capture.grab()
+        is_there = self._capture.grab()
+        stamp_ms = self._capture.get(cv2.CAP_PROP_POS_MSEC)  # by the driver's clock (Video4Linux: monotonic)
+        self.time_s = stamp_ms / 1000 if stamp_ms > 0 else None
+        return is_there
 
     def retrieve(self) -> np.ndarray | None:
         """Return the frame that was grabbed last, (H, W, 3) BGR uint8, or (H, W) uint8 or uint16 of a grey format."""
-        self.packets, self.shown = (), None
+        self.packets, self._frame = (), None
         good, image = self._capture.retrieve()
         if not good or image is None or image.size == 0:
             return None
@@ -132,9 +162,8 @@ class Camera:
             return None
         if not decoded or not isinstance(decoded[0], av.VideoFrame) or decoded[0].is_corrupt:
             return None
-        if self._grey:
-            self.shown = partial(picture_of, decoded[0])
-        return picture_of(decoded[0], grey=self._grey)
+        self._frame = decoded[0]
+        return super().retrieve()
 
     def _refused_of_format(self, wishes: Wishes) -> list[str]:
         """What was refused of the format, the size and the rate; drivers take the nearest without a word."""
@@ -153,17 +182,12 @@ class Camera:
     def _gives(self, rate_hz: float) -> bool:
         return abs(self._capture.get(cv2.CAP_PROP_FPS) - rate_hz) <= _SAME_RATE * rate_hz
 
-    def _words(self, wishes: Wishes) -> str:
-        """What the camera says of itself by now, and of what it was asked and took."""
+    def _words(self) -> str:
+        """What the camera says of itself by now."""
         width, height = self._size()
         rate_hz = self._capture.get(cv2.CAP_PROP_FPS)
         rate = f"at {rate_hz:.4g} frames/s" if rate_hz > 0 else ""
-        parts = [" ".join(filter(None, (f"{width} x {height}", self._format(), rate)))]
-        for name, which in (("exposure", cv2.CAP_PROP_EXPOSURE), ("gain", cv2.CAP_PROP_GAIN)):
-            # To ask for what a camera does not have makes OpenCV write to standard error.
-            if (asked := getattr(wishes, name)) is not None:
-                parts.append(f"{name} {asked:g} asked, {self._capture.get(which):g} set")
-        return "; ".join(parts)
+        return " ".join(filter(None, (f"{width} x {height}", self._format(), rate)))
 
     def _size(self) -> tuple[int, int]:
         return int(self._capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(self._capture.get(cv2.CAP_PROP_FRAME_HEIGHT))
@@ -184,13 +208,11 @@ _YEAR_2000_S = 946_684_800  # an earlier clock was never set
 _WITH_CLOCK = {"rtsp", "rtp", "sdp", "mpegts", "flv", "live_flv", "hls"}
 
 
-class StreamCapture:
+class StreamCapture(Capture):
     """A stream that is open; one thread decodes it, since more of them hold frames back."""
 
-    is_idle, has_our_clock, left_out = False, False, 0  # see RtpCapture
-
     def __init__(self, address: str, timeout_s: float, *, grey: bool = False) -> None:
-        self._grey = grey
+        super().__init__(grey=grey)
         start_s = time.monotonic()
         try:
             self._container = opened(address, options=_OPTIONS, timeout=(timeout_s, timeout_s))
@@ -208,32 +230,15 @@ class StreamCapture:
         self._is_intra = self._stream.codec_context.codec.intra_only
         self._packets = self._container.demux(self._stream)
         self._waiting: list[av.VideoFrame] = []
-        self._frame: av.VideoFrame | None = None
-        self.packets: tuple[av.Packet, ...] = ()
         rate = self._stream.average_rate if self._has_clock else None
         codec = self._stream.codec_context
         shown = f" at {float(rate):.4g} frames/s" if rate else ""
         self.about = f"{codec.width} x {codec.height} {codec.name}{shown}"
 
     @property
-    def unix_at_zero_s(self) -> float | None:
-        """Time of day at the zero of ``time_s`` by the sender's reports (RTCP); None where it sent none yet."""
-        began_us = self._container.start_time_realtime
-        return None if began_us is None or began_us / 1e6 < _YEAR_2000_S else began_us / 1e6
-
-    def ask(self, wishes: Wishes) -> tuple[str, ...]:
-        """Nothing can be set at a stream; its sender decides."""
-        return ()
-
-    @property
     def is_recording(self) -> bool:
         """Whether it has an end, as a file on a server has."""
         return self._stream.frames > 0 or (self._container.duration or 0) > 0
-
-    @property
-    def time_s(self) -> float | None:
-        """Time of the frame that was grabbed last by the sender's clock, in seconds; None where it has none."""
-        return None if self._frame is None or not self._has_clock else self._frame.time
 
     def grab(self) -> bool:
         """Wait for the next frame; False if there is none or it is corrupt."""
@@ -249,16 +254,10 @@ class StreamCapture:
             if packet.size == 0 and not self._waiting:
                 return False
         self._frame = self._waiting.pop(0)
+        self.time_s = self._frame.time if self._has_clock else None
+        began_us = self._container.start_time_realtime  # by the sender's reports (RTCP)
+        self.unix_at_zero_s = None if began_us is None or began_us / 1e6 < _YEAR_2000_S else began_us / 1e6
         return not self._frame.is_corrupt
-
-    def retrieve(self) -> np.ndarray | None:
-        """Return the frame that was grabbed last, (H, W) or (H, W, 3) BGR, uint8 or uint16."""
-        return None if self._frame is None else picture_of(self._frame, grey=self._grey)
-
-    @property
-    def shown(self) -> Callable[[], np.ndarray] | None:
-        """Returns the frame that was grabbed last as it is shown, where only its brightness was retrieved."""
-        return partial(picture_of, self._frame) if self._grey and self._frame is not None else None
 
     def release(self) -> None:
         """Close the connection."""

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from dockpose.checks import check_turn
 from dockpose.estimate import estimate
-from dockpose.files.yaml_file import FileError
+from dockpose.files import FileError
 from dockpose.simulate import ClosedLoop, FilmPlan, film, load_sequence
 from dockpose.simulate.render import render
 from dockpose.simulate.sequence import Observe, scenes

@@ -3,7 +3,7 @@ import os
 
 import pytest
 from dockpose.app.errors import UserError, writing
-from dockpose.files.durable_files import write_whole
+from dockpose.files import write_whole
 
 
 def test_a_table_that_another_program_holds_open_stays_and_is_named(tmp_path, monkeypatch):

@@ -13,7 +13,7 @@ import os
 import threading
 import time
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import av
 import numpy as np
@@ -27,7 +27,8 @@ from dockpose.simulate import Approach, FilmPlan, Scene, film
 from dockpose.simulate.optics.water import preset
 from dockpose.simulate.parts import Background, Lights, Pose
 from dockpose.simulate.sequence import RenderedFrame
-from dockpose.sources import Frames, Live, Wishes, open_frames
+from dockpose.sources import Frames, Live, open_frames
+from dockpose.sources.capture import Capture
 from dockpose.tracking.tracker import Tracker
 
 from tests.support.streams import MjpegServer
@@ -197,18 +198,12 @@ def test_latency_of_a_live_stream(tmp_path, pictures, use_region, records):
     assert np.percentile(latency_ms, 95) <= AT_MOST_LATENCY_MS
 
 
-class Paced:
+class Paced(Capture):
     """A camera whose frames come at an even rate and are only pixels, so that a recording has to encode them."""
 
-    time_s = unix_at_zero_s = shown = None
-    about, packets = "", ()
-    is_idle, has_our_clock, left_out = False, False, 0
-
     def __init__(self, pictures: list[np.ndarray]) -> None:
+        super().__init__()
         self.pictures, self.sent_s = pictures, []
-
-    def ask(self, wishes: Wishes) -> tuple[str, ...]:
-        return ()
 
     def grab(self) -> bool:
         due_s = time.monotonic() if not self.sent_s else self.sent_s[-1] + 1 / RATE_HZ
@@ -216,8 +211,8 @@ class Paced:
         self.sent_s.append(due_s)
         return len(self.sent_s) <= len(self.pictures)
 
-    def retrieve(self) -> tuple[bool, np.ndarray]:
-        return True, self.pictures[len(self.sent_s) - 1]
+    def retrieve(self) -> np.ndarray:
+        return self.pictures[len(self.sent_s) - 1]
 
     def release(self) -> None:
         pass
@@ -231,7 +226,7 @@ def test_latency_of_a_camera_while_its_pixels_are_recorded(tmp_path, pictures, i
         noise = NOISE * rng.standard_normal((*picture.shape, 3)[: 3 if is_colour else 2], dtype=np.float32)
         levels = picture[..., None] + noise if is_colour else picture + noise
         marked.append(mark(np.clip(levels, 0, 255).astype(np.uint8), number))
-    camera: Any = Paced(marked)
+    camera = Paced(marked)
     with contextlib.closing(Live("camera 0", lambda: camera)) as frames:
         kept = record(frames, tmp_path / "kept.mkv", print)
         assert kept is not None

@@ -21,7 +21,7 @@ with atheris.instrument_imports(include=["yaml"]):
 
 # Of our own modules those that read; what numba compiles must stay as it is.
 _READERS = re.compile(
-    r"dockpose\.(checks|dock|camera\.(camera|files)|files\.yaml_file|app\.(inputs|experiment|export\.(bundle|data|rows))\b)"
+    r"dockpose\.(checks|dock|camera\.(camera|files)|files|app\.(inputs|experiment|export\.(bundle|data|rows))\b)"
 )
 _MOST_S = 20 * MOST_S  # code that counts what it reaches takes some twenty times as long
 

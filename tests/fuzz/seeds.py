@@ -20,7 +20,7 @@ from dockpose.app.state.tank import Tank, Tanks
 from dockpose.app.state.view import open_source
 from dockpose.camera.files import FORMATS, save_camera
 from dockpose.camera.port import FlatPort
-from dockpose.files.yaml_file import to_yaml
+from dockpose.files import to_yaml
 from dockpose.tracking.tracker import Tracker
 from mcap.writer import CompressionType
 

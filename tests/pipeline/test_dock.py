@@ -7,37 +7,22 @@ from dockpose import Dock, DockRing
 from dockpose.dock import frame_of
 
 
-def test_even_lights_lie_on_the_circle_from_x_towards_y():
-    points = Dock(0.30, 4).light_points()
-    np.testing.assert_allclose(points, 0.15 * np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]), atol=1e-12)
-
-
-def test_uneven_lights_lie_where_their_angles_say_and_count_themselves():
-    dock = Dock(0.30, angles_deg=(0, 90, 225))
-    assert dock.lights == 3
-    half = math.sqrt(0.5)
-    np.testing.assert_allclose(
-        dock.light_points(), 0.15 * np.array([[1, 0, 0], [0, 1, 0], [-half, -half, 0]]), atol=1e-12
-    )
+@pytest.mark.parametrize(
+    ("given", "places"),
+    [
+        ({"lights": 4}, [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]),
+        ({"angles_deg": (0, 90, 225)}, [[1, 0, 0], [0, 1, 0], [-math.sqrt(0.5), -math.sqrt(0.5), 0]]),
+    ],
+    ids=["even, from x towards y", "by their angles"],
+)
+def test_lights_lie_on_the_circle(given, places):
+    dock = Dock(0.30, **given)
+    assert dock.lights == len(places)
+    np.testing.assert_allclose(dock.light_points(), 0.15 * np.array(places), atol=1e-12)
 
 
 def test_colours_count_the_lights_too():
     assert Dock(0.30, colours=("red", "white", "white", "blue")).lights == 4
-
-
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"lights": 4, "angles_deg": (0, 90, 180)}, "angles_deg has 3 values; the dock has 4 lights"),
-        ({"angles_deg": (0, 90, 360)}, "two lights at 0 degrees"),
-        ({"angles_deg": (0, 90, math.nan)}, r"angles_deg\[2\] is nan"),
-        ({"lights": 3, "colours": ("red", "white", "pink")}, r"colours\[2\] is 'pink'"),
-        ({"angles_deg": (0, 90)}, "lights is 2"),
-    ],
-)
-def test_impossible_lights_are_named(values, message):
-    with pytest.raises(ValueError, match=message):
-        Dock(0.30, **values)
 
 
 FAR, NEAR = DockRing(name="far", diameter=0.9, lights=12), DockRing(name="near", diameter=0.16, lights=6)
@@ -71,22 +56,25 @@ def test_a_frame_is_turned_the_shortest_way(normal):
 
 
 @pytest.mark.parametrize(
-    ("values", "message"),
+    ("kind", "values", "message"),
     [
-        ({"rings": (FAR, FAR)}, "rings are called 'far', 'far'"),
-        ({"rings": (FAR, NEAR), "diameter": 0.16}, "diameter is 0.16; it must be that of the largest ring, 0.9"),
-        ({}, "diameter_m is missing"),
+        (
+            Dock,
+            {"diameter": 0.3, "lights": 4, "angles_deg": (0, 90, 180)},
+            "angles_deg has 3 values; the dock has 4 lights",
+        ),
+        (Dock, {"diameter": 0.3, "angles_deg": (0, 90, 360)}, "two lights at 0 degrees"),
+        (Dock, {"diameter": 0.3, "angles_deg": (0, 90, math.nan)}, r"angles_deg\[2\] is nan"),
+        (Dock, {"diameter": 0.3, "lights": 3, "colours": ("red", "white", "pink")}, r"colours\[2\] is 'pink'"),
+        (Dock, {"diameter": 0.3, "angles_deg": (0, 90)}, "lights is 2"),
+        (Dock, {"rings": (FAR, FAR)}, "rings are called 'far', 'far'"),
+        (Dock, {"rings": (FAR, NEAR), "diameter": 0.16}, "diameter is 0.16; it must be that of the largest ring, 0.9"),
+        (Dock, {}, "diameter_m is missing"),
+        (DockRing, {"diameter": 0.3, "name": "far"}, "lights of the ring 'far' is None"),
+        (DockRing, {"diameter": 0.3, "name": "", "lights": 5}, "name is empty"),
+        (DockRing, {"diameter": 0.3, "name": "far", "lights": 5, "normal": (0, 0, 0)}, "normal is"),
     ],
 )
-def test_impossible_rings_are_named(values, message):
+def test_impossible_docks_and_rings_are_named(kind, values, message):
     with pytest.raises(ValueError, match=message):
-        Dock(**values)
-
-
-def test_each_ring_needs_its_name_and_its_lights():
-    with pytest.raises(ValueError, match="lights of the ring 'far' is None"):
-        DockRing(name="far", diameter=0.9)
-    with pytest.raises(ValueError, match="name is empty"):
-        DockRing(name="", diameter=0.9, lights=5)
-    with pytest.raises(ValueError, match="normal is"):
-        DockRing(name="far", diameter=0.9, lights=5, normal=(0, 0, 0))
+        kind(**values)

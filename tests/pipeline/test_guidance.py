@@ -39,10 +39,6 @@ def test_square_on_before_the_dock(vehicle):
     assert found.frame == ("camera" if vehicle is None else vehicle.frame)
 
 
-def test_the_entrance_is_behind_the_ring_by_its_place():
-    assert guidance(pose_at((0, 0, 2)), position_m=(0, 0, 0.5)).along_m == pytest.approx(2.5)
-
-
 def test_a_vehicle_that_points_to_starboard_and_up():
     # The vehicle is turned by 30 degrees to starboard: the dock, which stood ahead, is to port and turned with it.
     turn = rotation_from_angles(0, math.radians(-30))
@@ -84,24 +80,21 @@ def test_the_target_inside_is_the_entrance():
     assert guidance(pose_at((0.1, 0, 2)), position_m=(0, 0, 0.3)).target_m == pytest.approx((0.1, 0, 2.3))
 
 
-def test_the_vehicle_is_guided_and_not_its_camera():
-    # The camera sits 0.5 m ahead of the vehicle's middle, and 0.2 m below it.
-    vehicle = Vehicle(T_body_camera=Mount(position_m=(0.5, 0, 0.2)))
-    found = guidance(pose_at((0, 0, 2)), vehicle)
-    assert (found.along_m, found.across_m, found.above_m) == pytest.approx((2.5, 0, 0.2))
-
-
-def test_a_rolled_vehicle_has_its_own_up():
-    vehicle = Vehicle(T_body_camera=Mount(roll_deg=90))  # the picture's left is up
-    found = guidance(pose_at((-0.3, 0, 2)), vehicle)
-    assert (found.across_m, found.above_m) == pytest.approx((0, -0.3))
-
-
-def test_an_entrance_in_the_floor():
-    vehicle = Vehicle(T_body_camera=Mount(pitch_deg=-90))
-    found = guidance(pose_at((0.2, -0.1, 2)), vehicle)
-    # The dock is 0.2 m to starboard and 0.1 m ahead of a vehicle above it.
-    assert (found.along_m, found.across_m, found.above_m) == pytest.approx((2, -0.2, -0.1))
+@pytest.mark.parametrize(
+    ("place", "mount", "entrance", "there"),
+    [
+        ((0, 0, 2), None, {"position_m": (0, 0, 0.5)}, (2.5, 0, 0)),
+        # The camera sits 0.5 m ahead of the vehicle's middle, and 0.2 m below it.
+        ((0, 0, 2), Mount(position_m=(0.5, 0, 0.2)), {}, (2.5, 0, 0.2)),
+        ((-0.3, 0, 2), Mount(roll_deg=90), {}, (2, 0, -0.3)),  # the picture's left is up
+        # The dock is 0.2 m to starboard and 0.1 m ahead of a vehicle above it.
+        ((0.2, -0.1, 2), Mount(pitch_deg=-90), {}, (2, -0.2, -0.1)),
+    ],
+    ids=["an entrance behind the ring", "the vehicle and not its camera", "a rolled vehicle", "a dock in the floor"],
+)
+def test_places_in_the_corridor_by_hand(place, mount, entrance, there):
+    found = guidance(pose_at(place), mount and Vehicle(T_body_camera=mount), **entrance)
+    assert (found.along_m, found.across_m, found.above_m) == pytest.approx(there)
 
 
 @pytest.mark.parametrize(

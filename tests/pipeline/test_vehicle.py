@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Mount, Vehicle, load_vehicle
-from dockpose.files.yaml_file import FileError
+from dockpose.files import FileError
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.solve import find_poses
 from scipy.spatial.transform import Rotation

@@ -99,31 +99,23 @@ def imports_of(path: Path) -> Iterator[str]:
 
 def wrong_imports() -> list[tuple[str, str]]:
     """File and import of each that goes against the order."""
-    wrong = []
-    for path in (*files("app"), *files("pipeline")):
-        name = module_name(path)
-        for imported in imports_of(path):
-            if not (is_allowed_in_app if path.is_relative_to(ROOT / "app") else is_allowed_in_library)(name, imported):
-                wrong.append((str(path.relative_to(ROOT)), imported))
-    return sorted(set(wrong))
+    paths = [path for house in HOUSES for path in files(house)]
+    every = {(path, imported) for path in paths for imported in imports_of(path)}
+    return [(str(path.relative_to(ROOT)), one) for path, one in every if not is_allowed(module_name(path), one)]
 
 
-def is_allowed_in_library(name: str, imported: str) -> bool:
+def is_allowed(name: str, imported: str) -> bool:
+    """Whether a file of either house may import that."""
     here, there = name.split(".")[1:], imported.split(".")[1:]
+    if here[:1] == ["app"]:
+        if there[:1] != ["app"]:
+            return True
+        return len(here) > 1 and len(there) > 1 and (here[1] == there[1] or floor(there[1]) < floor(here[1]))
     if there[:1] == ["app"]:
         return False
     if not here or here[0] == there[0]:  # the package itself gathers what is public
         return True
     return any(there[: len(allowed.split("."))] == allowed.split(".") for allowed in LIBRARY[here[0]])
-
-
-def is_allowed_in_app(name: str, imported: str) -> bool:
-    here, there = name.split(".")[2:], imported.split(".")[1:]
-    if there[:1] != ["app"]:
-        return True
-    if not here or len(there) < 2:
-        return False
-    return here[0] == there[1] or floor(there[1]) < floor(here[0])
 
 
 def floor(name: str) -> int:

@@ -12,7 +12,7 @@ from dockpose.app.errors import UserError, unwritable, writing
 from dockpose.app.export.recordings.ros import Seen, jpeg
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
-from dockpose.files.durable_files import GrowingFile
+from dockpose.files import GrowingFile
 
 ENDING = ".rrd"
 _POSES = ("pose_a", "pose_b")

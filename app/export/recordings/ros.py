@@ -14,7 +14,7 @@ import yaml
 from dockpose import Estimate, Vehicle
 from dockpose.app.errors import UserError, unwritable, writing
 from dockpose.app.state.trust import Trust
-from dockpose.files.durable_files import GrowingFile
+from dockpose.files import GrowingFile
 from dockpose.guidance import entrance_of
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.uncertainty import UNKNOWN_ANGLE_RAD2, UNKNOWN_LENGTH_M2

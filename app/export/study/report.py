@@ -13,7 +13,7 @@ from dockpose.app.export.parts import Cell, NumberTable, Part, Plot, Rows, by_ve
 from dockpose.app.export.study import plots
 from dockpose.app.processing.study import COST_CSV, STUDY_CSV
 from dockpose.app.resources import versions
-from dockpose.files.durable_files import write_whole
+from dockpose.files import write_whole
 from dockpose.study.judge import ELAPSED, HATS, PRODUCT, RIVALS, methods, title_of
 from dockpose.study.summary import Columns, columns_of, of_method, summary_of
 from markupsafe import Markup

@@ -15,7 +15,7 @@ from dockpose.app.state.parameters import SCENE_DISTURBANCES, SCENE_POSE, SCENE_
 from dockpose.app.state.view import View, with_file, with_sample, with_upload
 from dockpose.app.web.html import small
 from dockpose.app.web.widgets import Act, App, Client, Panel, offer
-from dockpose.files.yaml_file import to_yaml
+from dockpose.files import to_yaml
 from dockpose.simulate import Scene, load_scene
 from dockpose.simulate.optics.water import PRESETS
 

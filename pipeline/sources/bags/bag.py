@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from dockpose.camera.camera import Camera
-from dockpose.files.yaml_file import FileError, read_yaml
+from dockpose.files import FileError, read_yaml
 from dockpose.sources.bags import storage
 from dockpose.sources.bags.chunked import McapFile, Ros1File
 from dockpose.sources.bags.messages import CAMERA_INFO, COMPRESSED, IMAGE, camera_in, picture_in

@@ -4,18 +4,15 @@ import io
 import math
 import time
 from collections import deque
-from collections.abc import Callable
 from fractions import Fraction
-from functools import partial
+from typing import NamedTuple
 
 import av
-import numpy as np
 from av.codec.context import Flags
 from av.error import FFmpegError
-from dockpose.sources.capture import Wishes
-from dockpose.sources.ffmpeg import opened, picture_of
+from dockpose.sources.capture import Capture
+from dockpose.sources.ffmpeg import opened
 from dockpose.sources.frames import Tell
-from dockpose.sources.rtp.assembly import Assembly, Whole
 from dockpose.sources.rtp.packets import Ordered, Packet, Receiver, described
 from dockpose.sources.rtp.payload import Payload, name_of, payload_of
 
@@ -26,25 +23,82 @@ _SILENT_S = 2.0  # after which the sender counts as gone
 _TELL_EVERY_S = 10.0
 
 
-class RtpCapture:
+class Whole(NamedTuple):
+    """A picture whose packets all came, and all of those that it depends on."""
+
+    data: bytes
+    is_key: bool  # whether decoding can begin with it
+    begins: bool  # whether it does, there being nothing before it, or not all
+    sent_s: float  # by the sender's clock
+
+
+class Assembly:
+    """A picture is left out if a packet of it is lost, and those after it until the next that begins by itself.
+
+    What a decoder makes up for lost packets looks like a picture, and has lights where they were before.
+    """
+
+    def __init__(self, payload: Payload) -> None:
+        self._payload = payload
+        self.left_out = 0
+        self._ticks = 0
+        self._before: int | None = None  # stamp of the packet before
+        self._is_open = False
+        # Nobody knows how many packets were before the first.
+        self._needs_key, self._is_damaged = True, not payload.is_each_whole
+
+    def take(self, packet: Packet, is_after_gap: bool) -> list[Whole]:
+        """Take the next packet; returns what is whole with it."""
+        whole: list[Whole] = []
+        if self._is_open and packet.stamp != self._before:  # its last packet is lost, or is not marked as the last
+            self._is_damaged |= is_after_gap
+            whole += self._finished()
+        self._is_damaged |= is_after_gap and not self._payload.is_each_whole  # which notices what is missing
+        step = 0 if self._before is None else (packet.stamp - self._before + 2**31) % 2**32 - 2**31
+        self._ticks, self._before, self._is_open = self._ticks + step, packet.stamp, True
+        if not self._is_damaged:
+            try:
+                self._payload.add(packet.payload)
+            except ValueError:
+                self._is_damaged = True
+        return whole + (self._finished() if packet.is_last else [])
+
+    def spoil(self) -> None:
+        """Begin anew with the next picture that begins by itself, since one could not be decoded."""
+        self.left_out += 1
+        self._needs_key = True
+
+    def _finished(self) -> list[Whole]:
+        """The picture that is open, if it is whole."""
+        is_damaged, self._is_damaged, self._is_open = self._is_damaged, False, False
+        try:
+            data, is_key = (b"", False) if is_damaged else self._payload.finish()
+        except ValueError:
+            is_damaged, data, is_key = True, b"", False
+        self._payload.begin()
+        self._needs_key |= is_damaged
+        if self._needs_key and not is_key:
+            self.left_out += 1
+            return []
+        begins, self._needs_key = self._needs_key, False
+        return [Whole(data, is_key, begins, self._ticks / self._payload.clock_hz)]
+
+
+class RtpCapture(Capture):
     """Waits at a UDP port. ``time_s`` is when a picture was sent, by time.monotonic(), as far as arrivals tell."""
 
     has_our_clock = True
-    unix_at_zero_s = None  # which the sender's reports tell, at another port, where it sends any
 
     def __init__(self, address: str, tell: Tell, *, grey: bool = False) -> None:
-        self._address, self._tell, self._grey = address, tell, grey
+        super().__init__(grey=grey)
+        self._address, self._tell = address, tell
         self._described = described(address)
         self._receiver = Receiver(self._described, address)
         self.about = f"waits for pictures at UDP port {self._described.port}"
-        self.packets: tuple[av.Packet, ...] = ()
-        self.time_s: float | None = None
-        self.left_out = 0  # pictures before the one that was grabbed last, for lack of packets
-        self.is_idle = True  # a grab that gives nothing is none that failed
+        self.is_idle = True
         self._ready: deque[Whole] = deque()
         self._stream: av.VideoStream | None = None
         self._sets: dict[int, bytes] = {}
-        self._frame: av.VideoFrame | None = None
         self._heard_s, self._told_s = -math.inf, time.monotonic()
         self._is_there = False
         self._lost = self._left_out = 0  # since they were told
@@ -57,10 +111,6 @@ class RtpCapture:
         self._payload: Payload | None = payload_of(self._described.coding or "")
         if self._payload is not None:
             self._payload.remember(self._described.sets)
-
-    def ask(self, wishes: Wishes) -> tuple[str, ...]:
-        """Nothing can be set at a stream; its sender decides."""
-        return ()
 
     def grab(self) -> bool:
         """Wait for the next picture; False where none came within a moment."""
@@ -80,15 +130,6 @@ class RtpCapture:
                 self._take(one, is_after_gap)
             if packet is None and not self._ready:
                 return False
-
-    def retrieve(self) -> np.ndarray | None:
-        """Return the picture that was grabbed last, (H, W) or (H, W, 3) BGR, uint8 or uint16."""
-        return None if self._frame is None else picture_of(self._frame, grey=self._grey)
-
-    @property
-    def shown(self) -> Callable[[], np.ndarray] | None:
-        """Returns the picture that was grabbed last as it is shown, where only its brightness was retrieved."""
-        return partial(picture_of, self._frame) if self._grey and self._frame is not None else None
 
     def release(self) -> None:
         """Let go of the port."""

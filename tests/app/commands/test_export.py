@@ -14,7 +14,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.experiment import Session
 from dockpose.app.export.bundle import read_lines
 from dockpose.app.inputs.pictures import load_sample, sample_path
-from dockpose.files.yaml_file import FileError
+from dockpose.files import FileError
 
 from tests.support.rows import measured
 

@@ -14,7 +14,7 @@ from dockpose.app.cli import main
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, Session, SessionError, read_session
 from dockpose.app.experiment.session import SessionFolder
-from dockpose.files.yaml_file import FileError
+from dockpose.files import FileError
 from dockpose.simulate import render
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st

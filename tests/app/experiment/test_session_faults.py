@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from dockpose import files
 from dockpose.app.experiment import Session, SessionError, read_session
-from dockpose.files import durable_files as files
 
 from tests.support.killing import kill_often
 from tests.support.taking import FOUND, PICTURE, faults

@@ -17,7 +17,7 @@ from dockpose.app.processing.background import CancelledError, Progress
 from dockpose.app.state.changes import MEASURED_LIMITS, with_measured
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
-from dockpose.files.yaml_file import FileError
+from dockpose.files import FileError
 
 
 @pytest.fixture(scope="module")

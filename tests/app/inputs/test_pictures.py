@@ -14,7 +14,7 @@ from dockpose.app.inputs import pictures
 from dockpose.app.inputs.pictures import expand, load_sample, sample_names, sample_path, sample_source, samples_folder
 from dockpose.app.web.panels.source import SAMPLE_WORDS
 from dockpose.camera.files import load_camera
-from dockpose.files.yaml_file import FileError
+from dockpose.files import FileError
 from dockpose.simulate import load_scene, render
 from dockpose.simulate.files import render_folder
 from dockpose.simulate.scene import truth_of

@@ -3,17 +3,13 @@ import numpy as np
 import pytest
 from dockpose.camera import board
 from dockpose.camera.board import Board, find_board
-from dockpose.pose.circle import rotation_from_angles
 
-from tests.pipeline.camera.test_calibrate import CHARUCO, CHESSBOARD, COLUMNS, ROWS, SQUARE_M, TRUE, picture
+from tests.pipeline.camera.test_calibrate import CHARUCO, CHESSBOARD, COLUMNS, ROWS, SQUARE_M, TRUE, picture, placed
 
 
 def true_corners_px(seed):
     """The inner corners of the picture with that seed, by the same random numbers."""
-    rng = np.random.default_rng(seed)
-    rotation = rotation_from_angles(*rng.uniform(-0.5, 0.5, 2))
-    z = rng.uniform(0.28, 0.36) * TRUE.fx / 520
-    place = np.array([*rng.uniform(-0.03, 0.03, 2), z]) - rotation @ [COLUMNS * SQUARE_M / 2, ROWS * SQUARE_M / 2, 0]
+    rotation, place, _ = placed(np.random.default_rng(seed), TRUE)
     column, row = np.meshgrid(np.arange(1, COLUMNS), np.arange(1, ROWS))
     flat = SQUARE_M * np.column_stack([column.ravel(), row.ravel(), 0 * row.ravel()])
     return TRUE.project(flat @ rotation.T + place)

@@ -45,16 +45,21 @@ def rays_of(camera):
     return camera.rays(pixels).reshape(*x.shape, 3), camera.ray_starts(pixels).reshape(*x.shape, 3)
 
 
+def placed(rng, camera, farther=1.0):
+    """Where a board is: its rotation, its first corner, and how far its middle is ahead."""
+    rotation = rotation_from_angles(*rng.uniform(-0.5, 0.5, 2))
+    z = farther * rng.uniform(0.28, 0.36) * camera.fx / 520
+    middle = np.array([*rng.uniform(-0.03, 0.03, 2), z])
+    return rotation, middle - rotation @ [COLUMNS * SQUARE_M / 2, ROWS * SQUARE_M / 2, 0], z
+
+
 def picture(board, camera, seed, farther=1.0):
     """Look along every pixel's ray at the board, whose drawing is as sharp as a pixel.
 
     Where the rays meet the board is computed for every fourth one, and is a hundredth of a pixel off between them.
     """
     rng = np.random.default_rng(seed)
-    rotation = rotation_from_angles(*rng.uniform(-0.5, 0.5, 2))
-    z = farther * rng.uniform(0.28, 0.36) * camera.fx / 520
-    middle = np.array([*rng.uniform(-0.03, 0.03, 2), z])
-    place = middle - rotation @ [COLUMNS * SQUARE_M / 2, ROWS * SQUARE_M / 2, 0]
+    rotation, place, z = placed(rng, camera, farther)
     rays, starts = rays_of(camera)
     ahead = ((place - starts) @ rotation[:, 2]) / (rays @ rotation[:, 2])
     on_board = (starts + rays * ahead[..., None] - place) @ rotation

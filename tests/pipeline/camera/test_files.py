@@ -5,7 +5,7 @@ import pytest
 from dockpose import Camera
 from dockpose.camera.files import FORMATS, load_camera, save_camera
 from dockpose.camera.port import SEA_WATER, FlatPort
-from dockpose.files.yaml_file import FileError
+from dockpose.files import FileError
 
 # Numbers that need every digit of a double.
 CAMERA = Camera(

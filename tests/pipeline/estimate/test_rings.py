@@ -6,13 +6,14 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, DockRing, Entrance, Tracker, estimate, guide
 from dockpose.estimate.geometry import pose_lines
-from dockpose.estimate.rings import _agreed, rings_of
+from dockpose.estimate.rings import _agreed, _Seen, rings_of
 from dockpose.pose.circle import CirclePose, PoseErrors
 from dockpose.simulate import Lights, Pose, Scene, render
 from dockpose.simulate.parts import Lamp
@@ -151,6 +152,36 @@ def test_equal_errors_meet_half_way_and_are_half_as_large():
     assert mean.sigma_position_m == pytest.approx([0.02 / math.sqrt(2)] * 3)
     least = (1e-3 * 2) ** 2
     assert square == pytest.approx(0.02**2 / (2 * (4e-4 + least)))
+
+
+def seen_at(z_m, first, last, *, missed=0, groups=20):
+    """A ring at a distance, whose lights are those of the groups from one number up to another."""
+    on_ring = (np.arange(groups) >= first) & (np.arange(groups) < last)
+    pose = SimpleNamespace(position_m=np.array([0.0, 0.0, z_m]))
+    one = SimpleNamespace(
+        lights_on_ring=last - first, detection=0.9, ring=SimpleNamespace(on_ring=on_ring), candidates=(pose,)
+    )
+    return _Seen(CONCENTRIC, ((FAR, one),), missed)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "is_better"),
+    [
+        (seen_at(1.0, 0, 6), seen_at(3.0, 6, 18), True),
+        (seen_at(3.0, 6, 18), seen_at(1.0, 0, 6), False),
+        (seen_at(1.0, 0, 5), seen_at(3.0, 6, 18), False),
+        (seen_at(1.0, 0, 7, missed=2), seen_at(3.0, 7, 19), False),
+        (seen_at(1.0, 0, 6), seen_at(3.0, 5, 17), False),
+        (seen_at(3.0, 5, 17), seen_at(1.0, 0, 6), True),
+        (seen_at(1.0, 0, 6), seen_at(3.0, 6, 18, groups=30), False),
+    ],
+    ids=[
+        *("the nearer of two", "the farther", "the nearer with less than half the lights", "or with what is missed"),
+        *("fewer of the same lights", "more of the same lights", "fewer at another level"),
+    ],
+)
+def test_of_two_docks_the_nearer_is_taken_and_of_two_readings_of_one_the_fuller(one, other, is_better):
+    assert one.betters(other) is is_better
 
 
 def test_the_other_docks_ring_is_another_dock():

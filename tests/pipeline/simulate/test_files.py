@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import Dock
-from dockpose.files.yaml_file import FileError, to_yaml
+from dockpose.files import FileError, to_yaml
 from dockpose.simulate import Lights, Pose, Sensor, load_scene, render
 from dockpose.simulate.files import render_folder, save_scene
 from dockpose.simulate.optics.psf import Psf, point_spread

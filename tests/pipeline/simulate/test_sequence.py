@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dockpose import estimate
 from dockpose import simulate as sim
-from dockpose.files.yaml_file import FileError
+from dockpose.files import FileError
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate.files import TRUTH_COLUMNS, truth_row
 from dockpose.simulate.optics.psf import Psf

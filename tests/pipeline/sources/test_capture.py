@@ -23,15 +23,16 @@ def opened(monkeypatch, wishes, pictures=GREY, source="0", **more):
     return frames, told, make.last
 
 
-@pytest.mark.parametrize(("source", "number"), [("0", 0), ("12", 12), ("/dev/video0", 0), ("/dev/video3", 3)])
-def test_numbers_and_devices_name_a_camera(source, number):
-    assert (kind_of(source), camera_number(source)) == (Kind.CAMERA, number)
-
-
-@pytest.mark.parametrize("source", ["video0", "/dev/null", "/dev/video", "-1", "0.png", "9" * 5000, "/dev/video0/x"])
-def test_other_texts_name_none(source):
-    assert camera_number(source) is None
-    assert kind_of(source) is not Kind.CAMERA
+@pytest.mark.parametrize(
+    ("source", "number"),
+    [
+        *(("0", 0), ("12", 12), ("/dev/video0", 0), ("/dev/video3", 3)),
+        *((other, None) for other in ("video0", "/dev/null", "/dev/video", "-1", "0.png", "9" * 5000, "/dev/video0/x")),
+    ],
+)
+def test_numbers_and_devices_name_a_camera_and_other_texts_none(source, number):
+    assert camera_number(source) == number
+    assert (kind_of(source) is Kind.CAMERA) == (number is not None)
 
 
 def test_a_link_to_a_device_names_its_camera(monkeypatch):
@@ -77,20 +78,21 @@ def test_what_a_camera_refuses_is_said_once_and_it_goes_on(monkeypatch, wishes, 
     assert " set" not in frames.about
 
 
-@pytest.mark.parametrize(("format", "pictures"), [("Y16", DEEP), ("GREY", GREY)])
-def test_grey_formats_keep_their_levels(monkeypatch, format, pictures):
-    frames, told, _ = opened(monkeypatch, Wishes(format=format), pictures, formats=("YUYV", format))
+@pytest.mark.parametrize(
+    ("wishes", "pictures", "formats"),
+    [
+        (Wishes(format="Y16"), DEEP, ("YUYV", "Y16")),
+        (Wishes(format="GREY"), GREY, ("YUYV", "GREY")),
+        (NO_WISHES, DEEP, ("Y16",)),  # which has nothing else
+    ],
+)
+def test_grey_formats_keep_their_levels(monkeypatch, wishes, pictures, formats):
+    frames, told, _ = opened(monkeypatch, wishes, pictures, formats=formats)
     with frames:
         frame = next(iter(frames))
     assert (frame.image.dtype, frame.image.shape) == (pictures[0].dtype, (480, 640))
     assert np.array_equal(frame.image, pictures[frame.index])
     assert told == []
-
-
-def test_a_camera_that_has_nothing_but_a_deep_format_keeps_its_levels_unasked(monkeypatch):
-    frames, _, _ = opened(monkeypatch, NO_WISHES, DEEP, formats=("Y16",))
-    with frames:
-        assert next(iter(frames)).image.dtype == np.uint16
 
 
 def test_wishes_are_passed_on_while_it_runs(monkeypatch):

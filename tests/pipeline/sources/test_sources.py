@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from dockpose.simulate import Approach, ClosedLoop, FilmPlan, film, save_sequence
 from dockpose.sources import Kind, Live, Pictures, SourceError, kind_of, open_frames, read_ahead
+from dockpose.sources.capture import Capture
 
 from tests.support.scenes import CAMERA, random_scene
 from tests.support.sources import by_number_as_in_order, taken
@@ -202,19 +203,13 @@ def test_reading_ahead_keeps_the_order_raises_where_it_was_due_and_stops_when_le
     assert threading.active_count() == began
 
 
-class FakeCapture:
+class FakeCapture(Capture):
     """Gives what is in a script: a picture's number, or None for a failure; None for ever at its end."""
 
-    time_s = unix_at_zero_s = shown = None
-    about, packets = "", ()
-    is_idle, has_our_clock, left_out = False, False, 0
-
     def __init__(self, script):
+        super().__init__()
         self.script = list(script)
         self.released = False
-
-    def ask(self, wishes):
-        return ()
 
     def grab(self):
         now = self.script.pop(0) if self.script else None

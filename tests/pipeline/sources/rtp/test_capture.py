@@ -9,7 +9,9 @@ import pytest
 from dockpose.app.export.recording import record
 from dockpose.sources import Live, SourceError, Video, open_frames
 from dockpose.sources.rtp import RtpCapture
-from dockpose.sources.rtp.capture import _Clock
+from dockpose.sources.rtp.capture import Assembly, Whole, _Clock
+from dockpose.sources.rtp.packets import Packet
+from dockpose.sources.rtp.payload import H264, Jpeg
 
 from tests.pipeline.sources.test_sources import number_of, picture
 from tests.support.rtp import datagrams, free_port, restarted
@@ -191,34 +193,21 @@ def test_a_recording_has_all_that_was_sent_from_the_first_key_on(tmp_path, codin
         assert [number_of(frame.image) for frame in kept] == list(range(5, 15))
 
 
-def test_times_are_those_of_sending_by_our_clock():
+@pytest.mark.parametrize(
+    ("sent_s", "came_s", "wanted_s"),
+    [
+        # The second came 50 ms late, of which 10 may be the clock; the third quicker than the first.
+        ([0, 0.1, 0.2, 0.3], [100, 100.15, 100.19, 100.33], [100, 100.11, 100.19, 100.30]),
+        (0.9999 * np.arange(3600), 50 + np.arange(3600), [50 + 3599]),
+        (np.arange(1000) / 10, 50 + np.arange(1000) / 9.5, [50 + 999 / 9.5]),
+        ([0, 5000], [100, 100.1], [100, 100.1]),
+    ],
+    ids=["late ones", "a slow clock, over an hour", "fewer frames than it counts", "a clock that is set"],
+)
+def test_times_are_those_of_sending_by_our_clock(sent_s, came_s, wanted_s):
     clock = _Clock()
-    assert clock.time_of(0.0, 100.0) == 100.0
-    assert clock.time_of(0.1, 100.15) == pytest.approx(100.11)  # came 50 ms late, of which 10 may be the clock
-    assert clock.time_of(0.2, 100.19) == pytest.approx(100.19)  # and one quicker than the first
-    assert clock.time_of(0.3, 100.33) == pytest.approx(100.30)
-
-
-def test_a_sender_whose_clock_is_slow_is_followed_over_an_hour():
-    clock = _Clock()
-    found_s = 0.0
-    for second in range(3600):
-        found_s = clock.time_of(second * 0.9999, 50.0 + second)
-    assert found_s == pytest.approx(50 + 3599, abs=1e-3)
-
-
-def test_a_sender_that_does_not_keep_its_rate_is_followed():
-    """It counts ten frames a second and sends nine and a half."""
-    clock, found_s = _Clock(), 0.0
-    for frame in range(1000):
-        found_s = clock.time_of(frame / 10, 50 + frame / 9.5)
-    assert found_s == pytest.approx(50 + 999 / 9.5)
-
-
-def test_a_sender_that_sets_its_clock_is_followed():
-    clock = _Clock()
-    clock.time_of(0.0, 100.0)
-    assert clock.time_of(5000.0, 100.1) == pytest.approx(100.1)
+    found_s = [clock.time_of(float(sent), float(came)) for sent, came in zip(sent_s, came_s, strict=True)]
+    assert found_s[-len(wanted_s) :] == pytest.approx(wanted_s, abs=1e-3)
 
 
 def test_a_port_that_is_taken_is_told():
@@ -234,3 +223,70 @@ def test_nothing_can_be_set():
     assert capture.ask(None) == ()  # pyright: ignore[reportArgumentType]
     assert capture.retrieve() is None
     capture.release()
+
+
+KEY, INTER = (b"\x67s", b"\x68p", b"\x65k"), (b"\x41a", b"\x41b")
+
+
+def whole_of(assembly: Assembly, *pictures: tuple[bytes, ...], lost=(), stamp=0, are_ends_marked=True) -> list[Whole]:
+    """What is whole of pictures of several units each, of which those that are lost are named by both their places."""
+    found, is_after_gap = [], False
+    for number, units in enumerate(pictures):
+        for place, unit in enumerate(units):
+            is_last = are_ends_marked and place == len(units) - 1
+            packet = Packet(0, (stamp + 3000 * number) % 2**32, 1, 96, is_last, unit)
+            found += [] if (number, place) in lost else assembly.take(packet, is_after_gap)
+            is_after_gap = (number, place) in lost
+    return found
+
+
+def numbers_of(found: list[Whole]) -> list[int]:
+    return [round(whole.sent_s * 30) for whole in found]
+
+
+@pytest.mark.parametrize(
+    ("pictures", "lost", "whole"),
+    [
+        ((INTER, INTER, KEY, INTER), [(0, 0)], [2, 3]),
+        ((KEY, KEY), [], [1]),
+        ((INTER, KEY, INTER, INTER, INTER, KEY, INTER), [(3, 0)], [1, 2, 5, 6]),
+        ((INTER, KEY, INTER, INTER, KEY), [(2, 1)], [1, 4]),
+        ((INTER, KEY, INTER, INTER, KEY), [(2, 0), (2, 1)], [1, 4]),
+    ],
+    ids=["no key before", "joined in the middle of a key", "a lost packet", "a lost last packet", "a lost picture"],
+)
+def test_what_lacks_a_packet_or_needs_what_does_is_not_whole(pictures, lost, whole):
+    assembly = Assembly(H264())
+    assert numbers_of(whole_of(assembly, *pictures, lost=lost)) == whole
+    # What lost its last packet is counted with the next, to which the loss is put.
+    assert assembly.left_out == len(pictures) - len(whole) - ((2, 0) in lost)
+
+
+def test_each_jpeg_stands_for_itself():
+    parts = tuple(bytes([0, 0, 0, at, 1, 50, 2, 2]) + b"scan" for at in (0, 4))
+    assert numbers_of(whole_of(Assembly(Jpeg()), *[parts] * 5, lost=[(1, 0), (3, 1)])) == [0, 2, 4]
+
+
+def test_the_first_key_after_a_loss_begins_and_no_other():
+    found = whole_of(Assembly(H264()), INTER, KEY, INTER, KEY)
+    assert [(whole.is_key, whole.begins) for whole in found] == [(True, True), (False, False), (True, False)]
+
+
+def test_times_go_on_where_the_stamps_of_32_bits_begin_anew():
+    assert numbers_of(whole_of(Assembly(H264()), INTER, KEY, KEY, KEY, stamp=2**32 - 4000)) == [1, 2, 3]
+
+
+def test_a_sender_that_marks_no_ends_is_understood_a_picture_later():
+    found = whole_of(Assembly(H264()), INTER, KEY, INTER, INTER, are_ends_marked=False)
+    assert [(number, whole.is_key) for number, whole in zip(numbers_of(found), found, strict=True)] == [
+        (1, True),
+        (2, False),
+    ]
+
+
+def test_a_picture_that_cannot_be_decoded_is_as_one_that_is_lost():
+    assembly = Assembly(H264())
+    assert numbers_of(whole_of(assembly, INTER, KEY, INTER)) == [1, 2]
+    assembly.spoil()
+    found = whole_of(assembly, INTER, KEY, stamp=9000)
+    assert (numbers_of(found), found[0].begins) == ([4], True)

@@ -16,50 +16,28 @@ START = b"\0\0\0\1"
 SPS, PPS, KEY, INTER = b"\x67sps", b"\x68pps", b"\x65key", b"\x41inter"
 
 
-def test_single_units_of_h264_make_a_picture():
-    payload = H264()
-    for unit in (SPS, PPS, KEY):
-        payload.add(unit)
-    assert payload.finish() == (START + SPS + START + PPS + START + KEY, True)
+V5, S5, P5 = b"\x40\1v", b"\x42\1s", b"\x44\1p"
 
 
-def test_a_picture_of_h264_that_needs_another_is_no_key():
-    payload = H264()
-    payload.add(INTER)
-    assert payload.finish() == (START + INTER, False)
-
-
-def test_a_key_without_parameter_sets_is_none_and_with_those_of_the_description_it_is():
-    payload = H264()
-    payload.add(KEY)
-    assert payload.finish() == (START + KEY, False)
-    payload.begin()
-    payload.remember([SPS, PPS])
-    payload.add(KEY)
-    assert payload.finish() == (START + SPS + START + PPS + START + KEY, True)
-
-
-def test_several_units_of_h264_in_one_packet():
-    payload = H264()
-    payload.add(b"\x78" + b"\0\4" + SPS + b"\0\4" + PPS)
-    payload.add(KEY)
-    assert payload.finish() == (START + SPS + START + PPS + START + KEY, True)
-
-
-def test_parts_of_a_unit_of_h264_are_joined_under_its_own_head():
-    payload = H264()
-    payload.add(b"\x7c\x85" + b"k")  # first part of kind 5
-    payload.add(b"\x7c\x05" + b"e")
-    payload.add(b"\x7c\x45" + b"y")  # and last
-    assert payload.finish() == (START + KEY, False)
-
-
-def test_parts_of_a_unit_of_h265_are_joined_under_its_own_head():
-    payload = H265()
-    payload.remember([b"\x40\1v", b"\x42\1s", b"\x44\1p"])
-    payload.add(b"\x62\1\x93" + b"k")  # first part of kind 19
-    payload.add(b"\x62\1\x53" + b"y")
-    assert payload.finish() == (START + START.join([b"\x40\1v", b"\x42\1s", b"\x44\1p", b"\x26\1ky"]), True)
+@pytest.mark.parametrize(
+    ("payload", "told", "parts", "units", "is_key"),
+    [
+        (H264(), [], [SPS, PPS, KEY], [SPS, PPS, KEY], True),
+        (H264(), [], [INTER], [INTER], False),
+        (H264(), [], [KEY], [KEY], False),
+        (H264(), [SPS, PPS], [KEY], [SPS, PPS, KEY], True),
+        (H264(), [], [b"\x78" + b"\0\4" + SPS + b"\0\4" + PPS, KEY], [SPS, PPS, KEY], True),
+        # The first part, one between and the last, each with the unit's kind: 5, and 19 of H.265.
+        (H264(), [], [b"\x7c\x85k", b"\x7c\x05e", b"\x7c\x45y"], [KEY], False),
+        (H265(), [V5, S5, P5], [b"\x62\1\x93k", b"\x62\1\x53y"], [V5, S5, P5, b"\x26\1ky"], True),
+    ],
+    ids=["single", "needs another", "no sets", "sets of the description", "several in one", "parts", "parts of H.265"],
+)
+def test_units_make_a_picture(payload, told, parts, units, is_key):
+    payload.remember(told)
+    for part in parts:
+        payload.add(part)
+    assert payload.finish() == (b"".join(START + unit for unit in units), is_key)
 
 
 @pytest.mark.parametrize(

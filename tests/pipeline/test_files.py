@@ -4,7 +4,7 @@ import os
 import time
 
 import pytest
-from dockpose.files.yaml_file import MOST_BYTES, FileError, parse_yaml, read_small, read_yaml
+from dockpose.files import MOST_BYTES, FileError, parse_yaml, read_small, read_yaml
 
 REPEATED = "a: &a {x: 1}\n" + "".join(
     f"b{i}: &b{i} {{<<: [*{before}, *{before}]}}\n" for i, before in enumerate(["a", *(f"b{i}" for i in range(24))])

@@ -1,4 +1,4 @@
-"""Which of two poses over time: the tracker, the paper's Table 1 and single frames, on approaches drawn at random."""
+"""Which of two poses over time: the tracker and single frames, on approaches drawn at random."""
 
 # pyright: reportOptionalMemberAccess=false, reportOptionalOperand=false
 
@@ -10,12 +10,11 @@ from multiprocessing import Pool
 import msgspec
 import numpy as np
 import pytest
-from dockpose import Camera, Dock, Estimate, Tracked, Tracker, estimate, simulate
-from dockpose.paper.closed_loop import choose_by_table
-from dockpose.pose.circle import CirclePose
+from dockpose import Camera, Dock, Tracked, Tracker, simulate
+from dockpose.pose.circle import angles_of
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background
-from dockpose.simulate.sequence import scenes, steer
+from dockpose.simulate.sequence import scenes
 from dockpose.study.draw import unit
 from dockpose.study.judge import nearest
 
@@ -42,7 +41,7 @@ def draw_approach(seed: int, dock: Dock, *, exact: bool = True) -> simulate.Film
     large = dock is FAR
     rng = np.random.default_rng([seed, int(large)])
     tilt, around = np.radians(rng.uniform(0, 35)), rng.uniform(0, 2 * np.pi)
-    normal = unit_normal(tilt, around)
+    theta_x, theta_y = np.degrees(angles_of(unit_normal(tilt, around))).tolist()
     start, end = (20.0, 1.0) if large else (4.0, 0.5)
     focal = rng.uniform(330, 700) if large else rng.uniform(420, 700)
     camera = Camera(focal, focal, 319.5, 239.5, 640, 480)
@@ -54,8 +53,8 @@ def draw_approach(seed: int, dock: Dock, *, exact: bool = True) -> simulate.Film
         dock=dock,
         pose=simulate.Pose(
             position_m=(rng.uniform(-0.08, 0.08) * start, rng.uniform(-0.03, 0.03) * start, start),
-            theta_x_deg=math.degrees(math.asin(normal[1])),
-            theta_y_deg=math.degrees(math.atan2(-normal[0], -normal[2])),
+            theta_x_deg=theta_x,
+            theta_y_deg=theta_y,
             roll_deg=rng.uniform(0, 360),
         ),
         lights=simulate.Lights(
@@ -131,8 +130,6 @@ class Score:
     frames: int = 0
     right: int = 0
     single: int = 0
-    table1: int = 0
-    table1_frames: int = 0
     alike: int = 0
     alike_right: int = 0
     predicted: int = 0
@@ -200,55 +197,6 @@ def open_loop(job: tuple[int, bool, bool]) -> Score:
     return judge.score
 
 
-def closed_loop(job: tuple[int, bool, bool]) -> Score:
-    """The same kind of approach, steered by Table 1 or by the tracker, that knows the commands; the start is tossed."""
-    seed, large, by_table = job
-    dock, judge = FAR if large else NEAR, Judge()
-    drawn = draw_approach(seed, dock)
-    rng = np.random.default_rng([seed, int(large), 2])
-    start = 14.0 if large else 2.5
-    x, y, z = drawn.scene.pose.position_m
-    place = msgspec.structs.replace(drawn.scene.pose, position_m=(x * start / z, y * start / z, start))
-    lights = msgspec.structs.replace(drawn.scene.lights, flicker=rng.choice([0.0, 0.3]))
-    scene = msgspec.structs.replace(drawn.scene, pose=place, lights=lights)
-    level = _exposed(scene, drawn.scene)
-    scene = msgspec.structs.replace(scene, lights=msgspec.structs.replace(lights, level=level))
-    motion = simulate.ClosedLoop(
-        frames=30,
-        rate_hz=3.0,
-        end_m=5.0 if large else 1.0,
-        speed_m_per_s=1.0 if large else 0.2,
-        drift_m=drawn.motion.drift_m / 2,
-        drift_deg=drawn.motion.drift_deg / 2,
-    )
-    tracker, state, command = Tracker(scene.camera, dock), None, None
-    first = int(rng.integers(2))
-    seen: list[tuple[Tracked, Estimate, int | None]] = []
-
-    def observe(image: np.ndarray, camera: Camera) -> CirclePose | None:
-        nonlocal state, command
-        found = estimate(image, camera, dock)
-        tracked = tracker.follow(found, len(seen) / motion.rate_hz, command)
-        if found.ellipse is not None:
-            state = choose_by_table(found.candidates, found.ellipse.eccentricity, state, first)
-        seen.append((tracked, found, state.selected if state and found.candidates else None))
-        by_eccentricity = found.candidates[state.selected] if state and found.candidates else None
-        pose = by_eccentricity if by_table else tracked.pose
-        command = steer(pose, motion) if pose is not None else None
-        return pose
-
-    table1 = frames = 0
-    for frame in simulate.film(simulate.FilmPlan(scene=scene, motion=motion), observe):
-        tracked, found, selected = seen[-1]
-        visible = int(frame.truth.visible.sum())
-        judge.see(frame.number, tracked, frame.truth.normal, visible)
-        if frame.number >= FIRST_FRAME and visible >= LEAST_VISIBLE and selected is not None:
-            frames += 1
-            table1 += found.candidates[selected] is nearest(found.candidates, frame.truth.normal)
-    judge.score.table1, judge.score.table1_frames = table1, frames
-    return judge.score
-
-
 def test_the_right_pose_over_time():
     kinds = ((True, "2 m dock, 20 m to 1 m"), (False, "0.30 m dock, 4 m to 0.5 m"))
     totals = {}
@@ -257,20 +205,13 @@ def test_the_right_pose_over_time():
             totals[name] = sum(pool.map(open_loop, [(seed, large, True) for seed in SEEDS], chunksize=1), Score())
         jobs = [(seed, large, False) for large, _ in kinds for seed in SEEDS]
         totals["the same, not built exactly"] = sum(pool.map(open_loop, jobs, chunksize=1), Score())
-        for by_table in (True, False):
-            jobs = [(seed, large, by_table) for large, _ in kinds for seed in SEEDS]
-            name = f"60 closed loops by {'Table 1' if by_table else 'the tracker'}"
-            totals[name] = sum(pool.map(closed_loop, jobs, chunksize=1), Score())
     both = totals[kinds[0][1]] + totals[kinds[1][1]]
     print(f"\nRight pose in frames from number {FIRST_FRAME} on, in %; asked of 60 approaches: 99.5, and no flip")
-    print(
-        f"{'':<32}  frames   track  single  Table 1  | alike  right  predicted  missing  flips  sides  sure but wrong"
-    )
+    print(f"{'':<32}  frames   track  single  | alike  right  predicted  missing  flips  sides  sure but wrong")
     for name, score in {**totals, "both kinds, 60 approaches": both}.items():
-        table1 = f"{100 * score.table1 / score.table1_frames:7.2f}" if score.table1_frames else "      -"
         print(
             f"{name:<32} {score.frames:7} {100 * score.right / score.frames:7.2f} "
-            f"{100 * score.single / score.frames:7.2f}  {table1}  | {score.alike:5} {score.alike_right:6} "
+            f"{100 * score.single / score.frames:7.2f}  | {score.alike:5} {score.alike_right:6} "
             f"{score.predicted:10} {score.missing:8} {score.flips:6} {score.side_changes:6} {score.certain_wrong:8}"
         )
     assert both.right >= 0.995 * both.frames

@@ -1,8 +1,6 @@
-"""A dock's pose as autopilots take it: the vehicle in the dock's frame, and the dock in the vehicle's.
-
-Axes are x ahead, y right, z down (FRD), of the vehicle (MAV_FRAME_BODY_FRD) and of the dock (as MAV_FRAME_LOCAL_FRD),
-whose x goes into it, and whose y is level where the camera is: a ring of like lights does not show its roll.
-"""
+"""A dock's pose as autopilots take it: the vehicle in the dock's frame, and the dock in the vehicle's."""
+# Axes are x ahead, y right, z down (FRD), of the vehicle (MAV_FRAME_BODY_FRD) and of the dock (as MAV_FRAME_LOCAL_FRD),
+# whose x goes into it, and whose y is level where the camera is: a ring of like lights does not show its roll.
 
 import math
 from typing import NamedTuple
@@ -44,10 +42,8 @@ def vehicle_in_dock(pose: CirclePose, vehicle: Vehicle = AHEAD) -> Placed:
 
 
 def vehicle_covariance(pose: CirclePose, vehicle: Vehicle = AHEAD) -> np.ndarray:
-    """Total covariance (6, 6) of x, y, z, roll, pitch, yaw of :func:`vehicle_in_dock`, in m and rad.
-
-    The roll is as unknown as to the pose. Nothing of it goes to the position, whose axes are level with the camera.
-    """
+    """Total covariance (6, 6) of x, y, z, roll, pitch, yaw of :func:`vehicle_in_dock`, in m and rad."""
+    # The roll is as unknown as to the pose. Nothing of it goes to the position, whose axes are level with the camera.
     here, from_camera = vehicle_in_dock(pose, vehicle), _FRD @ pose.rotation.T
     arm = from_camera.T @ here.position_m
     # A small rotation in the camera's axes, as one that changes theta_y, one of theta_x, and a roll of the dock.

@@ -152,10 +152,8 @@ def test_part_of_the_ring():
 
 
 def hong_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[CirclePose, CirclePose]:
-    """Both poses of a circle of ``diameter`` metres by the assumption of Hong et al., which is weak perspective.
-
-    The ellipse's major axis is the diameter, its centre the dock's, tilted about that axis by acos(minor / major).
-    """
+    """Both poses of a circle of ``diameter`` metres by the assumption of Hong et al., which is weak perspective."""
+    # The ellipse's major axis is the diameter, its centre the dock's, tilted about that axis by acos(minor / major).
     focal = math.sqrt(camera.fx * camera.fy)
     major, minor = ellipse.semi_axes_px
     z = focal * diameter / (2 * major)

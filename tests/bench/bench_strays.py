@@ -30,10 +30,7 @@ class Drawn:
 
 
 def drawn(rng: np.random.Generator, angles_rad: np.ndarray, strays: int) -> Drawn:
-    """Lights of a dock at some angles, wholly in view, each off its place by the noise, and strays anywhere.
-
-    All are as bright as each other, up to a factor of two, and apart by what tells one lamp from two.
-    """
+    """Lights of a dock at some angles, in view, apart, off by the noise, and strays anywhere, up to twice as bright."""
     size = np.array([CAMERA.width, CAMERA.height])
     while True:
         tilt, around, z = rng.uniform(0.1, 0.7), rng.uniform(0, 2 * math.pi), rng.uniform(0.6, 1.6)

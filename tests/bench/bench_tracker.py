@@ -3,8 +3,8 @@
 # pyright: reportOptionalMemberAccess=false, reportOptionalOperand=false
 
 import math
+from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
 from multiprocessing import Pool
 
 import msgspec
@@ -31,13 +31,9 @@ CERTAIN = 0.99
 
 
 def draw_approach(seed: int, dock: Dock, *, exact: bool = True) -> simulate.FilmPlan:
-    """An approach from 20 m to 1 m of a 2 m dock, or from 4 m to 0.5 m of a 0.30 m dock.
-
-    The lights face it at up to 35 degrees; currents carry and turn the vehicle; the water is between clear and coastal;
-    the camera's exposure follows the lights, as far as it can. At the end the large ring is larger than the picture,
-    and the small one may be. Unless the dock is built exactly, lights stand up to some tenths of a degree off their
-    places around it.
-    """
+    """An approach from 20 m to 1 m of a 2 m dock, or from 4 m to 0.5 m of a 0.30 m dock, in clear to coastal water."""
+    # At the end the large ring is larger than the picture, and the small one may be. Unless the dock is built exactly,
+    # lights stand up to some tenths of a degree off their places around it.
     large = dock is FAR
     rng = np.random.default_rng([seed, int(large)])
     tilt, around = np.radians(rng.uniform(0, 35)), rng.uniform(0, 2 * np.pi)
@@ -117,29 +113,11 @@ def _dimmed(scene: simulate.Scene) -> float:
     return peak(size_px / distance) / peak(size_px) * math.exp(-scene.water.attenuation_per_m * distance)
 
 
-@dataclass
-class Score:
-    """Counts over frames.
-
-    ``frames`` have the dock in view; ``predicted`` and ``missing`` of them show no ring that continues the track, with
-    and without a prediction. ``alike`` are those whose candidates are the same within their errors. ``flips`` are
-    changes from one hypothesis to the other after its probability exceeded 99 % in the same track, and
-    ``side_changes`` those from the pose that is right to the one that is wrong, or back, by the truth.
-    """
-
-    frames: int = 0
-    right: int = 0
-    single: int = 0
-    alike: int = 0
-    alike_right: int = 0
-    predicted: int = 0
-    missing: int = 0
-    flips: int = 0
-    side_changes: int = 0
-    certain_wrong: int = 0
-
-    def __add__(self, other: "Score") -> "Score":
-        return Score(*(getattr(self, name) + getattr(other, name) for name in self.__dataclass_fields__))
+# Counts over frames that have the dock in view. Of these "predicted" and "missing" show no ring that continues the
+# track, with and without a prediction; candidates of those "alike" are the same within their errors. "flips" are
+# changes of the hypothesis after its probability exceeded 99 % in the same track, and "sides" those from the pose that
+# is right to the one that is wrong, or back, by the truth.
+Score = Counter[str]
 
 
 class Judge:
@@ -157,23 +135,23 @@ class Judge:
             self._chain, self._right, self._certain = None, None, False
         if tracked.track.lost:
             counted = number >= FIRST_FRAME and visible >= LEAST_VISIBLE
-            score.frames, score.missing = score.frames + counted, score.missing + counted
+            score.update(frames=counted, missing=counted)
             return
         right = is_right(tracked, normal)
         if self._certain:
-            score.flips += tracked.chain != self._chain
-            score.side_changes += right != self._right
+            score["flips"] += tracked.chain != self._chain
+            score["sides"] += right != self._right
         self._certain = tracked.track.probability > CERTAIN or (self._certain and tracked.chain == self._chain)
         self._chain, self._right = tracked.chain, right
         if number < FIRST_FRAME or visible < LEAST_VISIBLE:
             return
-        score.frames += 1
-        score.right += right
-        score.certain_wrong += tracked.track.probability > CERTAIN and not right
-        score.predicted += tracked.track.predicted
-        score.single += bool(found.candidates) and found.candidates[0] is nearest(found.candidates, normal)
+        score["frames"] += 1
+        score["right"] += right
+        score["certain_wrong"] += tracked.track.probability > CERTAIN and not right
+        score["predicted"] += tracked.track.predicted
+        score["single"] += bool(found.candidates) and found.candidates[0] is nearest(found.candidates, normal)
         if found.choice is not None and found.choice.coincide:
-            score.alike, score.alike_right = score.alike + 1, score.alike_right + right
+            score.update(alike=1, alike_right=right)
 
 
 def is_right(tracked: Tracked, normal: np.ndarray) -> bool:
@@ -210,13 +188,14 @@ def test_the_right_pose_over_time():
     print(f"{'':<32}  frames   track  single  | alike  right  predicted  missing  flips  sides  sure but wrong")
     for name, score in {**totals, "both kinds, 60 approaches": both}.items():
         print(
-            f"{name:<32} {score.frames:7} {100 * score.right / score.frames:7.2f} "
-            f"{100 * score.single / score.frames:7.2f}  | {score.alike:5} {score.alike_right:6} "
-            f"{score.predicted:10} {score.missing:8} {score.flips:6} {score.side_changes:6} {score.certain_wrong:8}"
+            f"{name:<32} {score['frames']:7} {100 * score['right'] / score['frames']:7.2f} "
+            f"{100 * score['single'] / score['frames']:7.2f}  | {score['alike']:5} {score['alike_right']:6} "
+            f"{score['predicted']:10} {score['missing']:8} {score['flips']:6} {score['sides']:6} "
+            f"{score['certain_wrong']:8}"
         )
-    assert both.right >= 0.995 * both.frames
-    assert both.flips == 0
-    assert both.certain_wrong == 0
+    assert both["right"] >= 0.995 * both["frames"]
+    assert both["flips"] == 0
+    assert both["certain_wrong"] == 0
 
 
 @pytest.mark.parametrize("use_region", [True, False])

@@ -210,10 +210,7 @@ def test_progress_tells_rate_and_time_left_in_plain_lines(monkeypatch, capsys):
 
 
 def run_camera(monkeypatch, pictures, *words, lines=0, **more):
-    """Exit status of ``dockpose estimate 0`` with a camera that gives these pictures, and then Ctrl+C.
-
-    They are given again until there are so many ``lines``, however late a busy machine comes to them.
-    """
+    """Exit status of ``estimate 0`` with a camera that gives these pictures, until there are ``lines``, then Ctrl+C."""
 
     def at_end():
         if not camera.is_unplugged:  # each further try to read is another end, which needs no second signal

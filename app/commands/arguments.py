@@ -113,8 +113,10 @@ def camera_of(arguments: argparse.Namespace) -> Camera | None:
 
 def vehicle_of(arguments: argparse.Namespace) -> Vehicle | None:
     """The vehicle that was named, for the pictures as they are turned. Raises UserError where its file is wrong."""
+    if arguments.vehicle is None:
+        return None
     with blaming("--vehicle: "):
-        return None if arguments.vehicle is None else load_vehicle(arguments.vehicle).rotated(arguments.rotate)
+        return load_vehicle(arguments.vehicle).rotated(getattr(arguments, "rotate", 0))
 
 
 def dock_of(arguments: argparse.Namespace) -> Dock | None:

@@ -90,11 +90,8 @@ def _begin_mavlink(
     if not frames.is_live:
         raise UserError(f"--mavlink {how.mavlink}: sends what is seen now, but {frames.source} is a recording")
     from dockpose.app.export.mavlink import Autopilot  # loads what takes long and is seldom asked for
-    from dockpose.app.export.vehicle import FORWARD, Mount
 
-    body = None if how.carrier is None else how.carrier.in_frame("frd")
-    mount = FORWARD if body is None else Mount(body.rotation, np.array(body.T_body_camera.position_m))
-    autopilot = Autopilot(how.mavlink, how.mavlink_send, how.mavlink_ids, how.mavlink_age, mount=mount, tell=tell)
+    autopilot = Autopilot(how.mavlink, how.mavlink_send, how.mavlink_ids, how.mavlink_age, how.carrier, tell)
     files.callback(autopilot.close)
     return autopilot
 

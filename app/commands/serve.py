@@ -5,7 +5,7 @@ import threading
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from dockpose.app.commands.arguments import camera_of, dock_of, warned, wishes_of
+from dockpose.app.commands.arguments import camera_of, dock_of, vehicle_of, warned, wishes_of
 from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, say
 from dockpose.app.errors import UserError
 from dockpose.app.export.mavlink import Autopilot
@@ -85,9 +85,12 @@ def _options(arguments: argparse.Namespace) -> Options:
 
 def _autopilot(arguments: argparse.Namespace) -> Autopilot | None:
     """The link to an autopilot, on which nothing is sent until somebody switches it on on the page."""
+    vehicle = vehicle_of(arguments)
     if arguments.mavlink is None:
+        if vehicle is not None:
+            raise UserError(f"--vehicle {arguments.vehicle} needs --mavlink beside it")
         return None
     if arguments.source is None or kind_of(arguments.source) not in (Kind.CAMERA, Kind.STREAM):
         raise UserError(f"--mavlink {arguments.mavlink}: sends what is seen now; give a camera or a stream")
     send, ids = arguments.mavlink_send, arguments.mavlink_ids
-    return Autopilot(arguments.mavlink, send, ids, arguments.mavlink_age, tell=say, is_on=False)
+    return Autopilot(arguments.mavlink, send, ids, arguments.mavlink_age, vehicle, say, is_on=False)

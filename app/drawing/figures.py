@@ -15,9 +15,6 @@ from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
 
 if TYPE_CHECKING:  # imported where it is used, since that takes half a second
-    from matplotlib.figure import Figure
-
-if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 

@@ -257,15 +257,8 @@ class ResultsFile:
         if unknown:
             raise FileError(f"{self._path}: the column {unknown[0]} would be lost; move it to a file of its own")
 
-    def add(self, row: Row) -> None:
-        """Add a row at the end; see :meth:`replace`."""
-        self._write([*self.rows, row])
-
-    def replace(self, index: int, row: Row) -> None:
-        """Replace the row at ``index``."""
-        self._write([*self.rows[:index], row, *self.rows[index + 1 :]])
-
-    def _write(self, rows: list[Row]) -> None:
+    def write(self, rows: list[Row]) -> None:
+        """Have these rows in place of those that there are."""
         if self._path.exists() and self._path.read_bytes() != self._content:
             raise FileError(f"{self._path}: was changed by another program; close the session and open it again")
         before = self.rows, self._content

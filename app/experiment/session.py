@@ -119,14 +119,13 @@ class Session(contextlib.AbstractContextManager["Session"]):
         """Edit the measured values (``measured_x_cm``, ..., ``distance_cm``) or ``notes`` of a row."""
         fields = checked_edit(fields)
         with self._busy:
-            rows = self._results.rows
-            index = next((index for index, row in enumerate(rows) if row.number == number), None)
-            if index is None:
+            rows = {row.number: row for row in self._results.rows}
+            if number not in rows:
                 raise ValueError(f"number is {number!r}; the session has no such row")
-            row = msgspec.structs.replace(rows[index], **fields)
+            rows[number] = row = msgspec.structs.replace(rows[number], **fields)
             with _telling(self.folder, f"row {number} cannot be changed"):
                 self._check_open()
-                self._results.replace(index, row)
+                self._results.write(list(rows.values()))
         return row
 
     def close(self) -> None:
@@ -153,7 +152,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
                 for path, data in contents.items():
                     write_whole(path, data)
                 sync_folder(picture.parent)
-                self._results.add(row)
+                self._results.write([*self._results.rows, row])
                 self._last = row.number
             except BaseException:
                 if row in self._results.rows:

@@ -6,7 +6,7 @@ import json
 import math
 import re
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,13 +32,19 @@ _POSE_COLUMNS = (
     *("sigma_x_m", "sigma_y_m", "sigma_z_m", "sigma_theta_x_deg", "sigma_theta_y_deg"),
 )
 _TOTAL_COLUMNS = tuple(f"sigma_total_{name}" for name in ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg"))
-_VEHICLE = ("vehicle_x_m", "vehicle_y_m", "vehicle_z_m")
-_TURNED = tuple(f"vehicle_q{axis}" for axis in "xyzw")
-_VEHICLE_SIGMAS = tuple(f"vehicle_sigma_total_{axis}_m" for axis in "xyz")
+_VEHICLE = (
+    *("frame", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"),
+    *("sigma_total_x_m", "sigma_total_y_m", "sigma_total_z_m"),
+)
 _GUIDANCE = (
     *("along_m", "across_m", "above_m", "yaw_off_deg", "pitch_off_deg", "off_axis_deg", "inside_cone", "target"),
     *("target_x_m", "target_y_m", "target_z_m"),
 )
+_COLUMNS_OF = {
+    **{name.lower(): _CANDIDATE_COLUMNS for name in POSE_NAMES},
+    **{name: (*_POSE_COLUMNS, *_TOTAL_COLUMNS) for name in _POSES},
+    **{"vehicle": _VEHICLE, "guidance": _GUIDANCE},
+}
 CSV_COLUMNS = (
     *("source", "frame", "time_s", "time_unix_s", "status", "method", "level", "groups", "lights_on_ring"),
     *("selected", "selected_by"),
@@ -49,7 +55,7 @@ CSV_COLUMNS = (
     "smoothed_probability",
     *(f"{name}_{column}" for name in _POSES for column in _TOTAL_COLUMNS),
     "ring",
-    *("vehicle_frame", *_VEHICLE, *_TURNED, *_VEHICLE_SIGMAS),
+    *(f"vehicle_{column}" for column in _VEHICLE),
     *(f"guidance_{column}" for column in _GUIDANCE),
 )
 CSV_HEAD = (
@@ -94,38 +100,27 @@ def to_row(line: dict[str, Any]) -> dict[str, Any]:
         "ring": "+".join(line.get("ring") or ()),
         "smoothed_probability": (line.get("smoothed") or {}).get("probability"),
     }
+    parts: dict[str, Iterable[Any]] = {}  # values in the order of their columns, by what these begin with
     for name, candidate in zip(POSE_NAMES, line["candidates"], strict=False):
-        values = (*candidate["position_m"], *(candidate[key] for key in _CANDIDATE_COLUMNS[3:]))
-        row |= {f"{name.lower()}_{key}": value for key, value in zip(_CANDIDATE_COLUMNS, values, strict=True)}
+        parts[name.lower()] = (*candidate["position_m"], *(candidate[key] for key in _CANDIDATE_COLUMNS[3:]))
     for name in _POSES:
-        row |= _pose_cells(name, line.get(name))
-    return row | _vehicle_cells(line.get("vehicle")) | _guidance_cells(line.get("guidance"))
+        if (pose := line.get(name)) is not None:
+            parts[name] = _pose_values(pose)
+    if (body := line.get("vehicle")) is not None:
+        sigmas = body["sigma_total_position_m"] or (None,) * 3
+        parts["vehicle"] = (body["frame"], *body["position_m"], *body["quaternion_xyzw"], *sigmas)
+    if (guidance := line.get("guidance")) is not None:
+        parts["guidance"] = (*(guidance[key] for key in _GUIDANCE[:-3]), *guidance["target_m"])
+    for name, values in parts.items():
+        row |= {f"{name}_{key}": value for key, value in zip(_COLUMNS_OF[name], values, strict=True)}
+    return row
 
 
-def _vehicle_cells(pose: dict[str, Any] | None) -> dict[str, Any]:
-    if pose is None:
-        return {}
-    values = (*pose["position_m"], *pose["quaternion_xyzw"], *(pose["sigma_total_position_m"] or (None,) * 3))
-    cells = zip((*_VEHICLE, *_TURNED, *_VEHICLE_SIGMAS), values, strict=True)
-    return {"vehicle_frame": pose["frame"], **dict(cells)}
-
-
-def _guidance_cells(guidance: dict[str, Any] | None) -> dict[str, Any]:
-    if guidance is None:
-        return {}
-    values = (*(guidance[key] for key in _GUIDANCE[:-3]), *guidance["target_m"])
-    return {f"guidance_{key}": value for key, value in zip(_GUIDANCE, values, strict=True)}
-
-
-def _pose_cells(name: str, pose: dict[str, Any] | None) -> dict[str, Any]:
-    if pose is None:
-        return {}
-    sigmas, totals = (
-        (*(pose.get(f"{sigma}_position_m") or (None,) * 3), *(pose.get(f"{sigma}_theta_deg") or (None,) * 2))
-        for sigma in ("sigma", "sigma_total")
-    )
-    values = (*pose["position_m"], pose["theta_x_deg"], pose["theta_y_deg"], *sigmas, *totals)
-    return {f"{name}_{key}": value for key, value in zip((*_POSE_COLUMNS, *_TOTAL_COLUMNS), values, strict=True)}
+def _pose_values(pose: dict[str, Any]) -> Iterator[Any]:
+    yield from (*pose["position_m"], pose["theta_x_deg"], pose["theta_y_deg"])
+    for sigma in ("sigma", "sigma_total"):
+        yield from pose.get(f"{sigma}_position_m") or (None,) * 3
+        yield from pose.get(f"{sigma}_theta_deg") or (None,) * 2
 
 
 def settings_yaml(analysis: Analysis) -> str:

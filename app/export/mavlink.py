@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from dockpose import Estimate
+from dockpose import Estimate, Vehicle
 from dockpose.app.errors import UserError
-from dockpose.app.export import vehicle
-from dockpose.app.export.vehicle import Mount, Placed
+from dockpose.app.export import vehicle as relative
+from dockpose.app.export.vehicle import AHEAD, Placed
 from dockpose.app.state.trust import Trust
 from dockpose.pose.circle import CirclePose
 from dockpose.sources import Frame
@@ -43,11 +43,11 @@ class Autopilot:
         send: str = "estimate",
         ids: str = "1:197",
         most_age_s: float = 0.5,
-        mount: Mount = vehicle.FORWARD,
+        vehicle: Vehicle | None = None,
         tell: Callable[[str], None] = lambda text: None,
         is_on: bool = True,
     ) -> None:
-        self.address, self.mount, self._most_age_s, self._tell = address, mount, most_age_s, tell
+        self.address, self.vehicle, self._most_age_s, self._tell = address, vehicle or AHEAD, most_age_s, tell
         self.kinds = _kinds(send)
         if not most_age_s > 0:
             raise UserError(f"--mavlink-age is {most_age_s:g}; it must be above 0 seconds")
@@ -95,7 +95,7 @@ class Autopilot:
             for message in messages:
                 self._mavlink.send(message)
         self.sent += bool(messages)
-        x, y, z = vehicle.vehicle_in_dock(found.selected, self.mount).position_m
+        x, y, z = relative.vehicle_in_dock(found.selected, self.vehicle).position_m
         self.words = f"{' and '.join(MESSAGES[kind] for kind in self.kinds)}: {-x:.2f} m before the dock, "
         self.words += f"{abs(y):.2f} m {'right' if y >= 0 else 'left'}, {abs(z):.2f} m {'below' if z >= 0 else 'above'}"
 
@@ -116,13 +116,13 @@ class Autopilot:
     def _messages(self, found: Estimate, pose: CirclePose, probability: float | None, time_s: float) -> list[Any]:
         """The messages about a frame; of the first after a gap there is no way from the one before."""
         names, messages = self._names, []
-        time_us, here = round(1e6 * time_s), vehicle.vehicle_in_dock(pose, self.mount)
+        time_us, here = round(1e6 * time_s), relative.vehicle_in_dock(pose, self.vehicle)
         if "estimate" in self.kinds:
-            spread = vehicle.vehicle_covariance(pose, self.mount)[_UPPER].tolist()
+            spread = relative.vehicle_covariance(pose, self.vehicle)[_UPPER].tolist()
             where = (*here.position_m.tolist(), *here.roll_pitch_yaw_rad)
             messages.append(names.MAVLink_vision_position_estimate_message(time_us, *where, spread, self._resets))
         if "delta" in self.kinds and self._before is not None:
-            turned, way = (part.tolist() for part in vehicle.moved(self._before[1], here))
+            turned, way = (part.tolist() for part in relative.moved(self._before[1], here))
             since_us = time_us - self._before[0]
             sure = 100 * (found.detection or 0.0) * (probability or 0.0)
             messages.append(names.MAVLink_vision_position_delta_message(time_us, since_us, turned, way, sure))
@@ -132,11 +132,11 @@ class Autopilot:
         return messages
 
     def _target(self, pose: CirclePose, diameter_m: float, time_us: int) -> Any:
-        names, dock, (x, y, z) = self._names, vehicle.dock_in_body(pose, self.mount), pose.position_m.tolist()
+        names, dock, (x, y, z) = self._names, relative.dock_in_body(pose, self.vehicle), pose.position_m.tolist()
         size = 2 * math.atan2(diameter_m / 2, math.hypot(x, y, z))
         where = (
             *dock.position_m.tolist(),
-            vehicle.quaternion_wxyz(dock.rotation),
+            relative.quaternion_wxyz(dock.rotation),
             names.LANDING_TARGET_TYPE_LIGHT_BEACON,
         )
         range_m = math.hypot(*dock.position_m.tolist())

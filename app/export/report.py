@@ -245,11 +245,11 @@ def error_figure(rows: Sequence[Row]) -> "Figure":
     """Return a plot of estimated minus measured against range: position above, angles below."""
     figure = new_figure(6.5, 4.8, layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
-    ranges = [np.nan if row.range_cm is None else row.range_cm / 100 for row in rows]
+    ranges = _numbers(row.range_cm for row in rows) / 100
     for axes, which in ((above, range(3)), (below, range(3, 5))):
         for index in which:
-            errors = [np.nan if row.errors[index] is None else row.errors[index] for row in rows]
-            if np.isfinite(np.array(errors, dtype=float)).any():
+            errors = _numbers(row.errors[index] for row in rows)
+            if np.isfinite(errors).any():
                 colour, mark = _STYLES[index]
                 axes.plot(ranges, errors, mark, color=colour, markersize=4, label=QUANTITIES[index].split()[0])
         axes.axhline(0, color="grey", lw=0.6)
@@ -266,26 +266,30 @@ def sequence_figure(lines: Sequence[dict[str, Any]]) -> "Figure":
     """Return a plot of the chosen pose of each line of schema 1 over time, or over frames where times are unknown."""
     times = [line.get("time_s") for line in lines]
     timed = all(time is not None for time in times) and len(set(times)) == len(times)
-    across = np.array(times if timed else range(len(lines)), dtype=float)
-    poses = [chosen_of(line) for line in lines]
+    across = _numbers(times if timed else range(len(lines)))
+    poses = [chosen_of(line) or (None,) * 6 for line in lines]
     figure = new_figure(6.5, 6.4, layout="constrained")
     top, middle, bottom = figure.subplots(3, 1, sharex=True)
     for index in range(5):
         colour, mark = _STYLES[index]
         axes = top if index < 3 else middle
-        values = [np.nan if pose is None else pose[index] for pose in poses]
+        values = _numbers(pose[index] for pose in poses)
         axes.plot(across, values, mark, color=colour, markersize=2.5, label=QUANTITIES[index].split()[0])
-    chances = [np.nan if pose is None or pose[5] is None else pose[5] for pose in poses]
+    chances = _numbers(pose[5] for pose in poses)
     bottom.plot(across, chances, "o", color=BLUE, markersize=2.5, label="of the chosen pose, from its frame alone")
-    tracked = [(line.get("track") or {}).get("probability") for line in lines]
-    if any(chance is not None for chance in tracked):
-        values = [np.nan if chance is None else chance for chance in tracked]
-        bottom.plot(across, values, "^", color=ORANGE, markersize=2.5, label="with earlier frames")
+    tracked = _numbers((line.get("track") or {}).get("probability") for line in lines)
+    if np.isfinite(tracked).any():
+        bottom.plot(across, tracked, "^", color=ORANGE, markersize=2.5, label="with earlier frames")
     for axes, label in ((top, "position (cm)"), (middle, "attitude (°)"), (bottom, "probability")):
         axes.set_ylabel(label)
         axes.legend(fontsize=8)
     bottom.set(ylim=(-0.05, 1.05), xlabel="time (s)" if timed else "frame")
     return figure
+
+
+def _numbers(values: Iterable[float | None]) -> np.ndarray:
+    """Numbers (N,); NaN for None."""
+    return np.array(list(values), dtype=float)
 
 
 def chosen_of(line: Mapping[str, Any]) -> list[Any] | None:

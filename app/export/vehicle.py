@@ -1,8 +1,6 @@
-"""A dock's pose as autopilots take it: the vehicle in the dock's frame, and the dock in the vehicle's.
-
-Axes are x ahead, y right, z down (FRD), of the vehicle (MAV_FRAME_BODY_FRD) and of the dock (as MAV_FRAME_LOCAL_FRD),
-whose x goes into it, and whose y is level where the camera is: a ring of like lights does not show its roll.
-"""
+"""A dock's pose as autopilots take it: the vehicle in the dock's frame, and the dock in the vehicle's."""
+# Axes are x ahead, y right, z down (FRD), of the vehicle (MAV_FRAME_BODY_FRD) and of the dock (as MAV_FRAME_LOCAL_FRD),
+# whose x goes into it, and whose y is level where the camera is: a ring of like lights does not show its roll.
 
 import math
 from typing import NamedTuple
@@ -10,19 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from dockpose.app.export.recordings.ros import covariance
 from dockpose.pose.circle import CirclePose
+from dockpose.vehicle import Mount, Vehicle
 from scipy.spatial.transform import Rotation
 
-_FRD = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # of axes right, down, ahead
-
-
-class Mount(NamedTuple):
-    """Where the camera sits: takes places in its frame to the vehicle's."""
-
-    rotation: np.ndarray  # (3, 3)
-    position_m: np.ndarray  # (3,)
-
-
-FORWARD = Mount(_FRD, np.zeros(3))  # in the vehicle's middle, and looking ahead
+AHEAD = Vehicle(T_body_camera=Mount())  # its camera in its middle, and looking ahead
+_FRD = AHEAD.rotation  # of axes right, down, ahead
 
 
 class Placed(NamedTuple):
@@ -39,28 +29,27 @@ class Placed(NamedTuple):
         return math.atan2(turned[2, 1], turned[2, 2]), pitch, math.atan2(turned[1, 0], turned[0, 0])
 
 
-def dock_in_body(pose: CirclePose, mount: Mount = FORWARD) -> Placed:
+def dock_in_body(pose: CirclePose, vehicle: Vehicle = AHEAD) -> Placed:
     """Where the dock is to the vehicle, both with axes x ahead, y right, z down."""
-    return Placed(mount.rotation @ pose.position_m + mount.position_m, mount.rotation @ pose.rotation @ _FRD.T)
+    found = vehicle.in_frame("frd").pose(pose)
+    return Placed(found.position_m, found.rotation @ _FRD.T)
 
 
-def vehicle_in_dock(pose: CirclePose, mount: Mount = FORWARD) -> Placed:
+def vehicle_in_dock(pose: CirclePose, vehicle: Vehicle = AHEAD) -> Placed:
     """Where the vehicle is in the dock's frame; ahead of the dock its x is negative."""
-    dock = dock_in_body(pose, mount)
+    dock = dock_in_body(pose, vehicle)
     return Placed(-dock.rotation.T @ dock.position_m, dock.rotation.T)
 
 
-def vehicle_covariance(pose: CirclePose, mount: Mount = FORWARD) -> np.ndarray:
-    """Total covariance (6, 6) of x, y, z, roll, pitch, yaw of :func:`vehicle_in_dock`, in m and rad.
-
-    The roll is as unknown as to the pose. Nothing of it goes to the position, whose axes are level with the camera.
-    """
-    from_camera = _FRD @ pose.rotation.T
-    arm = -mount.rotation.T @ mount.position_m - pose.position_m
+def vehicle_covariance(pose: CirclePose, vehicle: Vehicle = AHEAD) -> np.ndarray:
+    """Total covariance (6, 6) of x, y, z, roll, pitch, yaw of :func:`vehicle_in_dock`, in m and rad."""
+    # The roll is as unknown as to the pose. Nothing of it goes to the position, whose axes are level with the camera.
+    here, from_camera = vehicle_in_dock(pose, vehicle), _FRD @ pose.rotation.T
+    arm = from_camera.T @ here.position_m
     # A small rotation in the camera's axes, as one that changes theta_y, one of theta_x, and a roll of the dock.
     parts = np.linalg.pinv(np.column_stack([[0.0, 1.0, 0.0], pose.rotation[:, 0], pose.rotation[:, 2]]))
     seen = np.column_stack([[0.0, 1.0, 0.0], pose.rotation[:, 0]]) @ parts[:2]
-    _, pitch, yaw = vehicle_in_dock(pose, mount).roll_pitch_yaw_rad
+    _, pitch, yaw = here.roll_pitch_yaw_rad
     cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
     about = np.array(
         [
@@ -69,14 +58,21 @@ def vehicle_covariance(pose: CirclePose, mount: Mount = FORWARD) -> np.ndarray:
             [-math.sin(pitch), 0.0, 1.0],
         ]
     )
+    to_angles = np.linalg.pinv(about)
     change = np.zeros((6, 6))
     change[:3, :3] = -from_camera
     change[:3, 3:] = from_camera @ np.cross(np.eye(3), arm) @ seen
-    change[3:, 3:] = -np.linalg.pinv(about) @ from_camera @ seen
+    change[3:, 3:] = -to_angles @ from_camera @ seen
     found = covariance(pose)
     total = change @ found @ change.T
     total[3, 3] += parts[2] @ found[3:, 3:] @ parts[2]
-    return total
+    mount = vehicle.in_frame("frd").T_body_camera
+    turns = math.radians(mount.angle_sigma_deg) * here.rotation
+    off = np.zeros((6, 6))  # what the mount may be off
+    off[:3, :3] = mount.position_sigma_m * here.rotation
+    off[:3, 3:] = turns @ np.cross(np.eye(3), mount.position_m)
+    off[3:, 3:] = to_angles @ turns
+    return total + off @ off.T
 
 
 def moved(before: Placed, now: Placed) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""The study's scenes by several processes or on a cluster, kept block by block, so that a killed run can go on."""
+"""The study's scenes by several processes or on a cluster, each kept in a file, so that a killed run can go on."""
 
 import contextlib
 import csv
@@ -7,7 +7,6 @@ import hashlib
 import io
 import json
 import os
-import re
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
@@ -24,7 +23,6 @@ from dockpose.app.resources import versions
 from dockpose.files import remove_temporaries, sync_folder, write_whole
 from dockpose.study.judge import ELAPSED, as_text, methods, scene_rows
 
-BLOCK = 2  # scenes: about half a second of one core, which is what a kill can cost
 _ABOUT, _SCENES, STUDY_CSV, COST_CSV = "study.json", "scenes", "study.csv", "cost.csv"
 _COST = ("scene", "method", "width_px", "height_px", ELAPSED)
 # Idle threads of the linear algebra would take the cores from the other processes.
@@ -49,14 +47,15 @@ class Study:
                 raise UserError(f"--out {self.folder}: {error} is at work on the study in it") from error
             try:
                 self._begin()
-                self._assemble(self._work(jobs, scheduler, done))
+                self._work(jobs, scheduler, done)
+                self._assemble()
             finally:
                 lock.release()
 
     @property
     def done(self) -> int:
         """Number of scenes that are done."""
-        return sum(stop - start for start, stop in self._blocks())
+        return len(self._kept())
 
     def _begin(self) -> None:
         """Check that what is in the folder belongs to this study, and note what it is."""
@@ -67,61 +66,49 @@ class Study:
         path = self.folder / _ABOUT
         if path.exists():
             _check_same(json.loads(path.read_text(encoding="utf-8")), about, self.folder)
-        elif any(self._blocks()):
+        elif self._kept():
             raise UserError(f"--out {self.folder}: has scenes of a study, but no {_ABOUT}; use another folder")
         write_whole(path, (json.dumps(about, indent=1) + "\n").encode())
         sync_folder(self.folder)
 
-    def _work(self, jobs: int, scheduler: str | None, done: Callable[[int], None]) -> list[tuple[int, int]]:
-        """Work on what is left; returns all blocks, in order."""
-        blocks = self._blocks()
-        count = sum(stop - start for start, stop in blocks)
-        done(count)
-        if todo := list(self._todo(blocks)):
+    def _work(self, jobs: int, scheduler: str | None, done: Callable[[int], None]) -> None:
+        """Work on what is left."""
+        kept = self._kept()
+        done(len(kept))
+        if todo := [scene for scene in range(self.scenes) if scene not in kept]:
             with _one_thread(), workers(jobs, scheduler) as (executor, _):
-                for start, stop, text in _results(executor, self.seed, todo):
-                    write_whole(self._path(start, stop), text.encode())
+                for number, (scene, text) in enumerate(_results(executor, self.seed, todo), start=1):
+                    write_whole(self._path(scene), text.encode())
                     sync_folder(self.folder / _SCENES)
-                    blocks.append((start, stop))
-                    count += stop - start
-                    done(count)
-        return sorted(blocks)
+                    done(len(kept) + number)
 
-    def _todo(self, blocks: list[tuple[int, int]]) -> Iterator[tuple[int, int]]:
-        """Blocks of scenes that are in none of these; of a block that an earlier run has begun, the rest."""
-        done = {scene for start, stop in blocks for scene in range(start, stop)}
-        for start in range(0, self.scenes, BLOCK):
-            left = [scene for scene in range(start, min(start + BLOCK, self.scenes)) if scene not in done]
-            if left:
-                yield left[0], left[-1] + 1
+    def _kept(self) -> set[int]:
+        """The scenes that are done."""
+        names = (path.stem for path in (self.folder / _SCENES).glob("*.csv"))
+        return {int(name) for name in names if name.isdecimal()}
 
-    def _blocks(self) -> list[tuple[int, int]]:
-        """First scene of each finished block, and the one after its last; in order."""
-        found = (re.fullmatch(r"(\d+)-(\d+)\.csv", path.name) for path in (self.folder / _SCENES).glob("*.csv"))
-        return sorted((int(match[1]), int(match[2]) + 1) for match in found if match)
+    def _path(self, scene: int) -> Path:
+        return self.folder / _SCENES / f"{scene:06d}.csv"
 
-    def _path(self, start: int, stop: int) -> Path:
-        return self.folder / _SCENES / f"{start:06d}-{stop - 1:06d}.csv"
-
-    def _assemble(self, blocks: list[tuple[int, int]]) -> None:
-        """Write the rows of these blocks, none of which may have gone since, and apart from them what was timed."""
-        with open(self._path(*blocks[0]), encoding="utf-8", newline="") as file:
+    def _assemble(self) -> None:
+        """Write the rows of all scenes, none of which may have gone since, and apart from them what was timed."""
+        with open(self._path(0), encoding="utf-8", newline="") as file:
             head = next(csv.reader(file))
         for name, columns in ((COST_CSV, _COST), (STUDY_CSV, [column for column in head if column != ELAPSED])):
             text = io.StringIO()
             table = csv.DictWriter(text, columns, extrasaction="ignore", lineterminator="\n")
             table.writeheader()
-            for block in blocks:
-                with open(self._path(*block), encoding="utf-8", newline="") as file:
+            for scene in range(self.scenes):
+                with open(self._path(scene), encoding="utf-8", newline="") as file:
                     table.writerows(csv.DictReader(file))
             write_whole(self.folder / name, text.getvalue().encode())
         sync_folder(self.folder)
 
 
-def block_text(seed: int, start: int, stop: int) -> tuple[str, str]:
-    """Work on a block of scenes: the print of the code that did, and the rows as CSV. Runs in a worker."""
+def scene_text(seed: int, scene: int) -> tuple[str, str]:
+    """Work on a scene: the print of the code that did, and the rows as CSV. Runs in a worker."""
     cv2.setNumThreads(1)
-    rows = [row for scene in range(start, stop) for row in scene_rows(seed, scene)]
+    rows = scene_rows(seed, scene)
     return code_print(), csv_text([[*rows[0]], *([as_text(value) for value in row.values()] for row in rows)])
 
 
@@ -137,16 +124,16 @@ def code_print() -> str:
     return total.hexdigest()
 
 
-def _results(executor: Executor, seed: int, blocks: Iterable[tuple[int, int]]) -> Iterator[tuple[int, int, str]]:
-    waiting = {executor.submit(block_text, seed, *block): block for block in blocks}
+def _results(executor: Executor, seed: int, scenes: Iterable[int]) -> Iterator[tuple[int, str]]:
+    waiting = {executor.submit(scene_text, seed, scene): scene for scene in scenes}
     for future in as_completed(waiting):
-        start, stop = waiting.pop(future)
+        scene = waiting.pop(future)
         code, text = future.result()
         if code != code_print():
             raise UserError("a worker runs a different version of dockpose; all must run the same")
-        if text.count("\n") != 1 + (stop - start) * len(methods()):
-            raise UserError(f"scenes {start} to {stop - 1}: a worker did not send all of their rows")
-        yield start, stop, text
+        if text.count("\n") != 1 + len(methods()):
+            raise UserError(f"scene {scene}: a worker did not send all of its rows")
+        yield scene, text
 
 
 def _check_same(there: dict[str, Any], ours: dict[str, Any], folder: Path) -> None:

@@ -8,7 +8,7 @@ from dockpose.dock import Dock
 from dockpose.lights.ellipse import NoEllipseError
 from dockpose.paper.lights.levels import poses_of_all
 from dockpose.paper.tables import CAMERA, DIAMETER_M
-from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.circle import CirclePose, angles_of, rotation_from_angles
 from dockpose.pose.pnp import METHODS, NoPoseError, solve
 from dockpose.pose.solve import find_poses
 from dockpose.study.draw import tilted_normal
@@ -67,8 +67,7 @@ def _random_pose(rng: np.random.Generator) -> tuple[np.ndarray, tuple[float, flo
     range_m = rng.uniform(*RANGE_M)
     position = range_m * np.array([*rng.uniform(-OFF_AXIS, OFF_AXIS, 2), 1.0])
     tilt, around = math.radians(rng.uniform(0, TILT_DEG)), rng.uniform(0, 2 * math.pi)
-    x, y, z = tilted_normal(np.array([0.0, 0.0, 1.0]), tilt, around).tolist()
-    return position, (math.asin(y), math.atan2(-x, -z))
+    return position, angles_of(tilted_normal(np.array([0.0, 0.0, 1.0]), tilt, around))
 
 
 def _pose_by(who: str, points: np.ndarray, numbers: np.ndarray, dock: Dock, normal: np.ndarray) -> CirclePose | None:

@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
+from dockpose.pose.circle import angles_of
 from dockpose.simulate.optics.glow import light_of
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background, Lamp, Lights, Mirror, Pose, Sensor, Snow, Text
@@ -135,13 +136,9 @@ def _pose(rng: np.random.Generator, camera: Camera, radius_px: float, z_m: float
 
 def tilted_pose(position_m: np.ndarray, tilt_rad: float, around_rad: float, roll_deg: float) -> Pose:
     """A pose at (3,) whose normal is tilted off the line of sight, which is what a camera sees of it, to some side."""
-    x, y, z = tilted_normal(unit(position_m), tilt_rad, around_rad).tolist()
-    return Pose(
-        position_m=tuple(position_m.tolist()),
-        theta_x_deg=math.degrees(math.asin(y)),
-        theta_y_deg=math.degrees(math.atan2(-x, -z)),
-        roll_deg=float(roll_deg),
-    )
+    theta_x, theta_y = map(math.degrees, angles_of(tilted_normal(unit(position_m), tilt_rad, around_rad)))
+    place = tuple(position_m.tolist())
+    return Pose(position_m=place, theta_x_deg=theta_x, theta_y_deg=theta_y, roll_deg=float(roll_deg))
 
 
 def tilted_normal(sight: np.ndarray, tilt_rad: float, around_rad: float) -> np.ndarray:

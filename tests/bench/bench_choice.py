@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 from dockpose import Dock, estimate
-from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.circle import CirclePose, angles_of, rotation_from_angles
 from dockpose.pose.few_lights import poses_from_few_lights
 from dockpose.pose.solve import find_poses
 from dockpose.simulate import Lights, Scene, render
@@ -35,7 +35,7 @@ def drawn_normal(rng: np.random.Generator, tilt_rad: float) -> np.ndarray:
 def seen(rng: np.random.Generator, position: np.ndarray, normal: np.ndarray, lights: np.ndarray, count: int):
     """Exact picture of some of ``count`` evenly spaced lights, at a roll drawn at random."""
     angles = rng.uniform(0, 2 * np.pi) + 2 * np.pi * lights / count
-    rotation = rotation_from_angles(math.asin(normal[1]), math.atan2(-normal[0], -normal[2]))
+    rotation = rotation_from_angles(*angles_of(normal))
     return CAMERA.project(position + circle(angles, DOCK.radius) @ rotation.T)
 
 

@@ -1,7 +1,5 @@
-"""The Dockerfile's commands, one after the other, in a folder instead of a container: two minutes, as root on Linux.
-
-Its folders lie below another one, no file may be written, and the program runs as nobody.
-"""
+"""The Dockerfile's commands, one after the other, in a folder instead of a container: two minutes, as root on Linux."""
+# Its folders lie below another one, no file may be written, and the program runs as nobody.
 
 import functools
 import os

@@ -1,7 +1,5 @@
-"""Pictures of just under 100 megapixels, of every depth and with every kind of clutter: what they cost at most.
-
-Each runs in a process of its own, so that its peak of memory is its own.
-"""
+"""Pictures of just under 100 megapixels, of every depth and with every kind of clutter: what they cost at most."""
+# Each runs in a process of its own, so that its peak of memory is its own.
 
 import json
 import subprocess

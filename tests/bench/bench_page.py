@@ -20,7 +20,7 @@ MOVES = 80
 DRAG_PX, PAUSE_MS = 2, 160
 TIMES_BARE = 1.25  # at most so many times what the bare page takes
 RATE_HZ, PLAYED_FRAMES = 30, 240
-RATE_SHARE = 0.95  # of 30 frames/s, or of the bare page's rate where that is less
+RATE_SHARE, LEAST_HZ = 0.95, 25.0  # of 30 frames/s, or of the bare page's rate where that is less; and in any case
 FIRST_PAGE_S = 2.5
 MEMORY_S = 600.0  # how long sliders move while memory is watched
 WARM_UP = 0.4  # of that time, in which caches still fill
@@ -279,7 +279,7 @@ def test_playing_30_frames_a_second(browser, serve, tmp_path, width, height):
         f"bare viser {bare_hz:4.1f} frames/s; {differ} updates in which picture, status and words differ"
     )
     assert differ == 0
-    assert rate_hz(frames) >= RATE_SHARE * min(RATE_HZ, bare_hz)
+    assert rate_hz(frames) >= max(LEAST_HZ, RATE_SHARE * min(RATE_HZ, bare_hz))
 
 
 def test_first_page_with_a_result(browser, serve):

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from multiprocessing import Pool
 
 import cv2
-import msgspec
 import numpy as np
 from dockpose import Camera, Dock, estimate
 from dockpose.camera.port import FlatPort
@@ -19,7 +18,7 @@ from dockpose.paper.tables import COLUMNS, TABLES, coded_dock
 from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
 from dockpose.pose.pnp import METHODS, NoPoseError, solve
 from dockpose.pose.solve import find_poses
-from dockpose.simulate import Lights, Scene, render
+from dockpose.simulate import render
 from dockpose.study.judge import nearest
 
 from tests.bench.seen_scenes import circle, even
@@ -34,17 +33,12 @@ def errors_of(pose: CirclePose, row: np.ndarray) -> np.ndarray:
     return np.abs(np.array(tank.numbers_of(pose)) - row)
 
 
-def tank_scene(row: np.ndarray, lights: int, seed: int, missing: tuple[int, ...] = ()) -> Scene:
-    """The dock at one of the paper's poses, in the water of the tank, at a roll drawn by the seed."""
-    roll_deg = float(np.random.default_rng(seed).uniform(0, 360))
-    scene = tank.tank_scene(row, Dock(DIAMETER_M, lights), roll_deg, seed, CAMERA)
-    return msgspec.structs.replace(scene, lights=Lights(missing=missing))
-
-
 def on_one_scene(job: tuple[np.ndarray, int, int]) -> tuple[np.ndarray, bool] | None:
+    """Errors at one of the paper's poses, at a roll drawn by the seed, and whether the right pose is first."""
     row, lights, seed = job
-    image, truth = render(tank_scene(row, lights, seed))
-    found = estimate(image, CAMERA, Dock(DIAMETER_M, lights))
+    dock, roll_deg = Dock(DIAMETER_M, lights), float(np.random.default_rng(seed).uniform(0, 360))
+    image, truth = render(tank.tank_scene(row, dock, roll_deg, seed, CAMERA))
+    found = estimate(image, CAMERA, dock)
     if found.status != "ok":
         return None
     first, second = found.candidates
@@ -158,10 +152,8 @@ def test_part_of_the_ring():
 
 
 def hong_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[CirclePose, CirclePose]:
-    """Both poses of a circle of ``diameter`` metres by the assumption of Hong et al., which is weak perspective.
-
-    The ellipse's major axis is the diameter, its centre the dock's, tilted about that axis by acos(minor / major).
-    """
+    """Both poses of a circle of ``diameter`` metres by the assumption of Hong et al., which is weak perspective."""
+    # The ellipse's major axis is the diameter, its centre the dock's, tilted about that axis by acos(minor / major).
     focal = math.sqrt(camera.fx * camera.fy)
     major, minor = ellipse.semi_axes_px
     z = focal * diameter / (2 * major)

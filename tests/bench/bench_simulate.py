@@ -1,8 +1,5 @@
-"""What a simulated picture costs: one scene at most 60 ms, growing with its pixels and not with pixels times lights.
-
-All times are the best of several in this run, beside OpenCV's Gaussian blur of the same picture as a measure of the
-machine.
-"""
+"""What a simulated picture costs: one scene at most 60 ms, growing with its pixels and not with pixels times lights."""
+# All times are the best of several in this run, beside OpenCV's Gaussian blur of the same picture.
 
 import time
 from collections.abc import Callable

@@ -6,7 +6,7 @@ from multiprocessing import Pool
 
 import numpy as np
 from dockpose import Dock, Estimate, estimate
-from dockpose.pose.circle import rotation_from_angles
+from dockpose.pose.circle import angles_of, rotation_from_angles
 
 from tests.bench.lamps import unit_normal
 from tests.bench.seen_scenes import circle, closest_px, even
@@ -29,19 +29,16 @@ class Drawn:
     normal: np.ndarray
 
 
-def drawn(rng: np.random.Generator, angles_rad: np.ndarray, strays: int, *, noise_px: float = NOISE_PX) -> Drawn:
-    """Lights of a dock at some angles, wholly in view, each off its place by the noise, and strays anywhere.
-
-    All are as bright as each other, up to a factor of two, and apart by what tells one lamp from two.
-    """
+def drawn(rng: np.random.Generator, angles_rad: np.ndarray, strays: int) -> Drawn:
+    """Lights of a dock at some angles, in view, apart, off by the noise, and strays anywhere, up to twice as bright."""
     size = np.array([CAMERA.width, CAMERA.height])
     while True:
         tilt, around, z = rng.uniform(0.1, 0.7), rng.uniform(0, 2 * math.pi), rng.uniform(0.6, 1.6)
         normal = unit_normal(tilt, around)
         position = z * np.array([*(rng.uniform(-0.3, 0.3, 2) * [1, 0.7]), 1.0])
         ring = circle(angles_rad + rng.uniform(0, 2 * math.pi), DIAMETER_M / 2)
-        rotation = rotation_from_angles(math.asin(normal[1]), math.atan2(-normal[0], -normal[2]))
-        points = CAMERA.project(position + ring @ rotation.T) + rng.normal(0, noise_px, (len(ring), 2))
+        rotation = rotation_from_angles(*angles_of(normal))
+        points = CAMERA.project(position + ring @ rotation.T) + rng.normal(0, NOISE_PX, (len(ring), 2))
         if (points > 10).all() and (points < size - 10).all() and closest_px(points) > CLOSEST_PX:
             break
     while len(points) < len(angles_rad) + strays:

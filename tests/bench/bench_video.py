@@ -1,10 +1,7 @@
-"""Estimating a video as a ratio to decoding it, memory over 10,000 frames, and the latency of a live stream.
-
-The frames are written as cameras deliver them, with noise on top: as H.264 of 13 Mbit/s, and as Motion JPEG. Beside
-these stand the same frames without any noise, which no camera delivers: there is next to nothing to decode in them.
-Decoding alone is FFmpeg's decoder with as many threads as there are cores, and no pixel looked at. What is asked is
-printed beside what came out, and not asserted, because it is not reached.
-"""
+"""Estimating a video as a ratio to decoding it, memory over 10,000 frames, and the latency of a live stream."""
+# The frames are written as cameras deliver them, with noise on top: as H.264 of 13 Mbit/s, and as Motion JPEG. Beside
+# these stand the same frames without any noise, in which there is next to nothing to decode. Decoding alone is FFmpeg's
+# decoder with as many threads as there are cores. What is asked of it is printed, and not asserted: it is not reached.
 
 import contextlib
 import json

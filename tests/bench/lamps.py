@@ -15,21 +15,13 @@ HALOS = ((0.05, 1.5), (0.02, 4.0), (0.01, 10.0))
 
 @dataclass(frozen=True)
 class Drawn:
-    """A picture and what it shows.
+    """A picture and what it shows."""
 
-    Attributes
-    ----------
-    image : (H, W) uint8.
-    camera, dock : it was drawn with.
-    lamps_px : (N, 2) centres of the lamps.
-    position_m, normal : (3,) of the dock.
-    """
-
-    image: np.ndarray
+    image: np.ndarray  # (H, W) uint8
     camera: Camera
     dock: Dock
-    lamps_px: np.ndarray
-    position_m: np.ndarray
+    lamps_px: np.ndarray  # (N, 2): centres of the lamps
+    position_m: np.ndarray  # (3,): of the dock
     normal: np.ndarray
 
     @property
@@ -74,24 +66,14 @@ def draw_lamps(
     brightness: np.ndarray,
     rng: np.random.Generator,
     *,
-    ambient: float | np.ndarray = 0.01,
+    ambient: float | np.ndarray = 0.01,  # light of the water, linear, one number or (H, W)
     halos: tuple[tuple[float, float], ...] = HALOS,
     noise_levels: float = 1.5,
     jpeg_quality: int | None = 80,
-    exposed: Callable[[np.ndarray], np.ndarray] | None = None,
-    over: np.ndarray | None = None,
+    exposed: Callable[[np.ndarray], np.ndarray] | None = None,  # what the shutter makes of the light (H, W)
+    over: np.ndarray | None = None,  # (H, W): grey levels written over the picture where they are above 0
 ) -> np.ndarray:
-    """Draw lamps as a camera stores them, (H, W) uint8.
-
-    Parameters
-    ----------
-    size : width and height in pixels.
-    lamps_px, radii_px, brightness : (N, 2), (N,), (N,) of the lamps; brightness 1 is just white.
-    ambient : light of the water, linear, one number or (H, W).
-    halos : pairs of a lamp's share of light, relative to its own surface, and standard deviation in mean radii.
-    exposed : what the shutter makes of the light (H, W), such as motion blur; None for nothing.
-    over : (H, W) grey levels written over the picture where they are above 0, such as burnt-in text.
-    """
+    """Draw lamps (N, 2), (N,), (N,) as a camera stores them, (H, W) uint8; of brightness 1 they are just white."""
     width, height = size
     light = np.zeros((height, width), np.float32)
     for (x, y), radius, value in zip(lamps_px, radii_px, brightness, strict=True):

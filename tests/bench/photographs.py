@@ -41,19 +41,14 @@ class Job:
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a picture.
-
-    ``wrong`` is None where nobody marked what is right. ``exact`` says that all lamps are in their places, ``seen``
-    that the dock was found, or refused with its angles. ``held`` says for x, y, z and both angles of a right pose
-    whether its 95 % interval holds the truth; ``held_seen`` holds it against where the lamps' light is seen.
-    """
+    """What came of a picture."""
 
     set: str
     kind: str
     name: str
     told: int | None
     outcome: str
-    wrong: bool | None
+    wrong: bool | None  # None where nobody marked what is right
     status: str
     message: str
     range_m: float | None
@@ -61,10 +56,10 @@ class Result:
     detection: float | None
     ms: float
     has_dock: bool = True
-    exact: bool = True
-    seen: bool = False
-    held: tuple[bool, ...] | None = None
-    held_seen: tuple[bool, ...] | None = None
+    exact: bool = True  # whether all lamps are in their places
+    seen: bool = False  # whether the dock was found, or refused with its angles
+    held: tuple[bool, ...] | None = None  # whether 95 % intervals of x, y, z and both angles hold the truth
+    held_seen: tuple[bool, ...] | None = None  # against where the lamps' light is seen
 
     @property
     def sure(self) -> bool:

@@ -30,12 +30,10 @@ _ASKED = re.compile(r"degrees? off|angles_deg|--lights|lights=4")
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a picture.
+    """What came of a picture."""
 
-    "right"; "asked", refused with the angles seen or the number of lights to be told; "refused"; "wrong", a dock
-    elsewhere or where there is none; "sure", the same with probability x detection of 95 %.
-    """
-
+    # "right"; "asked", refused with the angles seen or the number of lights to be told; "refused"; "wrong", a dock
+    # elsewhere or where there is none; "sure", the same with probability x detection of 95 %
     outcome: str
     ms: float
     message: str

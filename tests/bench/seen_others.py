@@ -32,10 +32,7 @@ _FIXED = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
 def mirrored(
     towards: tuple[float, float, float], bright: tuple[float, float], soft: bool = False
 ) -> Callable[[np.random.Generator], Shown]:
-    """A dock and its image in a flat mirror that stands towards (x, y, z) or (-x, y, z), turned a little.
-
-    The image has so much of the dock's light. Both are wholly in view, apart, and 4 % or more differ in range.
-    """
+    """A dock and its image, so bright, in a mirror that stands towards (x, y, z) or (-x, y, z), both in view, apart."""
 
     def draw(rng: np.random.Generator) -> Shown:
         while True:

@@ -94,18 +94,14 @@ def dock_drawn(
     points_m: np.ndarray,
     dock: Dock,
     *,
-    share: tuple[float, float] = (0.14, 0.42),
-    diameters: float | None = None,
+    share: tuple[float, float] = (0.14, 0.42),  # of its half axis in the picture's height
+    diameters: float | None = None,  # its distance, instead
     focal: tuple[float, float] = (0.6, 1.6),
     tilt_deg: tuple[float, float] = (5, 40),
-    lamp_px: float | None = None,
-    spacing_px: float = CLOSEST_PX,
+    lamp_px: float | None = None,  # radius of its lamps
+    spacing_px: float = CLOSEST_PX,  # the least distance between them
 ) -> Lamps:
-    """A dock wholly in view.
-
-    ``share`` is of its half axis in the picture's height, ``diameters`` its distance instead; ``lamp_px`` the radius of
-    its lamps, ``spacing_px`` the least distance between them.
-    """
+    """A dock wholly in view."""
     while True:
         camera = camera_drawn(rng, focal)
         height = camera.height

@@ -11,10 +11,7 @@ SIZES = ((320, 240), (640, 352), (640, 480), (1280, 720), (1920, 1080))
 
 
 def picture(kind: str, seed: int) -> np.ndarray:
-    """A grey picture (H, W) uint8 of a kind; the same seed gives the same picture.
-
-    Light adds up on a background, half of it with a gradient, then noise is added and what is over white is cut.
-    """
+    """A grey picture (H, W) uint8 of a kind; the same seed gives the same picture."""
     rng = np.random.default_rng([seed, *kind.encode()])
     width, height = SIZES[rng.choice(len(SIZES), p=(0.25, 0.25, 0.3, 0.15, 0.05))]
     light = _background(rng, width, height)

@@ -186,10 +186,7 @@ KINDS = {
 
 
 def draw(kind: str, seed: int, *, ring: bool = True, sizes: int = len(SIZES)) -> tuple[Drawn, int | None]:
-    """A picture of a kind and the number of lights that is told; without ``ring`` the dock's lamps are strewn.
-
-    ``sizes`` caps the picture's size to the smallest so many.
-    """
+    """A picture of a kind, of the smallest ``sizes``, and the number told; without ``ring`` the lamps are strewn."""
     what = KINDS[kind]
     scene = next(
         scene
@@ -235,11 +232,7 @@ def _strew(scene: _Scene) -> None:
 
 
 def outcome(drawn: Drawn, found: Estimate) -> str:
-    """What came of it.
-
-    "right"; "undecided", where the other pose is right and the chosen one not sure; "refused"; "wrong"; or "sure", of a
-    wrong pose. Right is 5 % of the range and 5 degrees, or what three standard errors allow for a small ring.
-    """
+    """What came of it: "right", "refused", "wrong", "sure" and wrong, or "undecided", the other being right."""
     if found.status != "ok" or found.selected is None:
         return "refused"
     right = []

@@ -85,11 +85,8 @@ def test_a_mistyped_row_is_named(estimates, session, capsys):
     assert "5 (left out)" in told
 
 
-def test_what_cannot_be_checked_is_one_sentence(estimates, session, capsys, tmp_path):
+def test_what_cannot_be_checked_is_one_sentence(estimates, session, refusal, tmp_path):
     folder = session(estimates[:5], columns=())
-    assert main(["check", str(folder)]) == 2
-    assert "3 rows with a pose and measured values are needed, and there are 0" in capsys.readouterr().err
-    assert main(["check", str(tmp_path / "none")]) == 2
-    assert "is not a session" in capsys.readouterr().err
-    assert main(["check", str(folder), "--tape", "0"]) == 2
-    assert "--tape is 0; it must be above 0" in capsys.readouterr().err
+    assert "3 rows with a pose and measured values are needed, and there are 0" in refusal("check", str(folder))
+    assert "is not a session" in refusal("check", str(tmp_path / "none"))
+    assert "--tape is 0; it must be above 0" in refusal("check", str(folder), "--tape", "0")

@@ -9,7 +9,6 @@ from dockpose.app.cli import main
 from dockpose.app.commands.compare import table
 from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.processing.comparison import compare, compared
-from dockpose.camera.files import save_camera
 from dockpose.simulate import render
 from dockpose.simulate.files import save_scene
 from dockpose.simulate.parts import Text
@@ -19,17 +18,6 @@ from tests.support.scenes import CAMERA, DOCK, random_scene
 
 METHOD_KEYS = ["level", "groups", "on_ring", "status", "message", "candidates", "selected", "elapsed_ms"]
 DOCK_OPTIONS = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
-
-
-@pytest.fixture
-def tank(tmp_path, monkeypatch):
-    """A folder with a picture, its YAML beside it, a camera file, a dark picture and a broken one."""
-    monkeypatch.chdir(tmp_path)
-    save_scene(random_scene(1), tmp_path, "s1")
-    save_camera(CAMERA, tmp_path / "camera.yaml")
-    cv2.imwrite("dark.png", np.zeros((480, 640), np.uint8))
-    (tmp_path / "words.png").write_text("not a picture")
-    return tmp_path
 
 
 def test_every_method_but_fixed_is_compared_and_gives_what_estimate_gives(tank, capfd):

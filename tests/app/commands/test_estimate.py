@@ -28,17 +28,6 @@ from tests.support.scenes import CAMERA, DOCK, random_scene
 KNOWN = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
 
 
-@pytest.fixture
-def tank(tmp_path, monkeypatch):
-    """A folder with two pictures, their YAML beside them, a camera file, and a broken picture."""
-    monkeypatch.chdir(tmp_path)
-    for index in (1, 2):
-        save_scene(random_scene(index), tmp_path, f"s{index}")
-    save_camera(CAMERA, tmp_path / "camera.yaml")
-    (tmp_path / "words.png").write_text("not a picture")
-    return tmp_path
-
-
 def lines(text):
     return [json.loads(line) for line in text.splitlines()]
 
@@ -90,7 +79,6 @@ def test_a_line_break_in_a_name_begins_no_line(command, tank, capsys):
 
 
 def test_a_frame_without_a_dock_is_a_result(tank, json_lines):
-    cv2.imwrite("dark.png", np.zeros((480, 640), np.uint8))
     (line,) = json_lines("estimate", "dark.png", "--camera", "camera.yaml", "--dock-diameter", "0.3")
     assert line["status"] == "no_lights"
     assert line["candidates"] == []

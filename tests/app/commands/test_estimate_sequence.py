@@ -210,10 +210,7 @@ def test_progress_tells_rate_and_time_left_in_plain_lines(monkeypatch, capsys):
 
 
 def run_camera(monkeypatch, pictures, *words, lines=0, **more):
-    """Exit status of ``dockpose estimate 0`` with a camera that gives these pictures, and then Ctrl+C.
-
-    They are given again until there are so many ``lines``, however late a busy machine comes to them.
-    """
+    """Exit status of ``estimate 0`` with a camera that gives these pictures, until there are ``lines``, then Ctrl+C."""
 
     def at_end():
         if not camera.is_unplugged:  # each further try to read is another end, which needs no second signal
@@ -316,7 +313,7 @@ def test_a_saturated_camera_is_told_once_what_to_do(here, capsys, monkeypatch):
 
 
 @pytest.mark.slow
-def test_smoothed_poses_come_at_the_end_with_the_lines(tmp_path, capsys):
+def test_smoothed_poses_come_at_the_end_with_the_lines(tmp_path, refusal):
     plain, smooth = tmp_path / "plain.jsonl", tmp_path / "smooth.jsonl"
     scene = tmp_path / "scene.yaml"
     motion = Approach(start_m=2.0, end_m=1.0, frames=12, rate_hz=10.0)
@@ -340,8 +337,7 @@ def test_smoothed_poses_come_at_the_end_with_the_lines(tmp_path, capsys):
             assert float(row[f"{name}_z_m"]) == line[name]["position_m"][2]
             assert float(row[f"{name}_sigma_theta_y_deg"]) == line[name]["sigma_theta_deg"][1]
     assert rows[0]["predicted_x_m"] == ""
-    assert main(["estimate", str(scene), "--smooth"]) == 2
-    assert "--smooth needs --json FILE or --csv FILE" in capsys.readouterr().err
+    assert "--smooth needs --json FILE or --csv FILE" in refusal("estimate", str(scene), "--smooth")
 
 
 @contextlib.contextmanager

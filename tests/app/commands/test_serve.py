@@ -1,6 +1,7 @@
 import hashlib
 import ipaddress
 import shutil
+from pathlib import Path
 
 import pytest
 from dockpose.app.cli import main
@@ -92,6 +93,16 @@ def test_pages_of_a_picture_that_is_served_turn_in_its_folder_and_have_checksums
     assert seen[1].truth is not None
 
 
+def test_an_autopilot_is_told_where_the_camera_sits(tmp_path, monkeypatch, told_by):
+    (tmp_path / "v.yaml").write_text("T_body_camera: {position_m: [0.2, 0, 0]}\nframe: flu")
+    told = []
+    monkeypatch.setattr(command, "Autopilot", lambda *given, is_on, **_: told.append((given[4], is_on)))
+    told_by("rtp://:5600", "--mavlink", "udpout:127.0.0.1:9", "--vehicle", str(tmp_path / "v.yaml"))
+    ((vehicle, is_on),) = told
+    assert (vehicle.T_body_camera.position_m, vehicle.frame) == ((0.2, 0.0, 0.0), "flu")
+    assert not is_on
+
+
 def test_what_cannot_be_served_is_said(tmp_path, refusal):
     for words in (["gone.png"], ["serve", "--folder", str(tmp_path / "none")], ["serve", "--port", "70000"]):
         assert refusal(*words)
@@ -104,7 +115,11 @@ def test_what_cannot_be_served_is_said(tmp_path, refusal):
         (["plain", "--mavlink", "udpout:127.0.0.1:14550"], "give a camera or a stream"),
         (["rtp://:5600", "--mavlink", "there"], "--mavlink there: write it as udpout:127.0.0.1:14550"),
         (["rtp://:5600", "--mavlink", "udpout:127.0.0.1:9", "--mavlink-send", "all"], "--mavlink-send all: may be"),
+        (["rtp://:5600", "--vehicle", "v.yaml"], "--vehicle v.yaml needs --mavlink beside it"),
+        (["rtp://:5600", "--vehicle", "gone.yaml", "--mavlink", "udpout:127.0.0.1:9"], "--vehicle: gone.yaml"),
     ],
 )
-def test_an_autopilot_that_cannot_be_is_said(refusal, words, why):
+def test_an_autopilot_that_cannot_be_is_said(refusal, words, why, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("v.yaml").write_text("T_body_camera: {position_m: [0.2, 0, 0]}\nframe: flu")
     assert why in refusal("serve", *words)

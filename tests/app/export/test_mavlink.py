@@ -11,7 +11,7 @@ import pytest
 from dockpose import estimate
 from dockpose.app.errors import UserError
 from dockpose.app.export.mavlink import Autopilot, why_not
-from dockpose.app.export.vehicle import FORWARD, vehicle_covariance
+from dockpose.app.export.vehicle import AHEAD, vehicle_covariance
 from dockpose.app.processing.analysis import trust_of
 from dockpose.app.state.trust import Trust
 from dockpose.pose.circle import CirclePose
@@ -80,7 +80,7 @@ def test_each_field_of_an_estimate(received, seen):
     assert [message["roll"], message["pitch"], message["yaw"]] == pytest.approx([roll, pitch, yaw], abs=1e-6)
     pose = seen.estimate.selected
     assert pose is not None
-    wanted = vehicle_covariance(pose, FORWARD)
+    wanted = vehicle_covariance(pose, AHEAD)
     assert message["covariance"] == float32([wanted[row, column] for row in range(6) for column in range(row, 6)])
     assert message["covariance"][0] > 0
     assert message["reset_counter"] == 1

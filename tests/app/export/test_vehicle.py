@@ -2,11 +2,12 @@
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
+from dockpose import Mount, Vehicle
 from dockpose.app.export.vehicle import (
-    FORWARD,
-    Mount,
+    AHEAD,
     dock_in_body,
     moved,
     quaternion_wxyz,
@@ -17,14 +18,17 @@ from dockpose.pose.circle import CirclePose, PoseErrors
 from scipy.spatial.transform import Rotation
 
 TO_FRD = Rotation.from_matrix([[0, 0, 1], [1, 0, 0], [0, 1, 0]])  # by axes right, down, ahead
-TILTED = Mount(
-    (Rotation.from_euler("ZYX", [10, -20, 5], degrees=True) * TO_FRD).as_matrix(), np.array([0.2, -0.05, 0.1])
-)
+TILTED = Vehicle(T_body_camera=Mount(position_m=(0.2, -0.05, 0.1), roll_deg=5, pitch_deg=-20, yaw_deg=10))
+TILTED_CAMERA = (Rotation.from_euler("ZYX", [10, -20, 5], degrees=True) * TO_FRD).as_matrix(), [0.2, -0.05, 0.1]
 
 
 def pose_of(x: float, y: float, z: float, theta_x_deg: float = 0.0, theta_y_deg: float = 0.0) -> CirclePose:
     turned = Rotation.from_euler("YX", [theta_y_deg, theta_x_deg], degrees=True)
     return CirclePose(np.array([x, y, z]), turned.apply([0, 0, -1.0]), np.zeros(2))
+
+
+def ahead_by(x_m: float) -> Vehicle:
+    return Vehicle(T_body_camera=Mount(position_m=(x_m, 0, 0)))
 
 
 def test_a_vehicle_square_before_the_dock_is_behind_it_and_turned_by_nothing():
@@ -55,22 +59,26 @@ def test_a_vehicle_whose_nose_is_up_by_10_degrees_pitches_so():
 
 
 def test_a_camera_20_cm_ahead_of_the_vehicle_puts_the_vehicle_farther_back():
-    ahead = Mount(FORWARD.rotation, np.array([0.2, 0, 0]))
+    ahead = ahead_by(0.2)
     np.testing.assert_allclose(vehicle_in_dock(pose_of(0, 0, 2), ahead).position_m, [-2.2, 0, 0], atol=1e-12)
     np.testing.assert_allclose(dock_in_body(pose_of(0, 0, 2), ahead).position_m, [2.2, 0, 0], atol=1e-12)
 
 
-@pytest.mark.parametrize("mount", [FORWARD, TILTED], ids=["ahead", "tilted"])
+@pytest.mark.parametrize(
+    ("vehicle", "camera"),
+    [(AHEAD, (TO_FRD.as_matrix(), [0, 0, 0])), (TILTED, TILTED_CAMERA), (TILTED.in_frame("flu"), TILTED_CAMERA)],
+    ids=["ahead", "tilted", "tilted flu"],
+)
 @pytest.mark.parametrize("seed", range(5))
-def test_poses_are_those_of_a_chain_of_transforms(mount, seed):
+def test_poses_are_those_of_a_chain_of_transforms(vehicle, camera, seed):
     rng = np.random.default_rng(seed)
     pose = pose_of(*rng.uniform([-1, -1, 0.5], [1, 1, 4]), *rng.uniform(-50, 50, 2))
     body_camera, camera_dock, dock_frd = np.eye(4), np.eye(4), np.eye(4)
-    body_camera[:3, :3], body_camera[:3, 3] = mount
+    body_camera[:3, :3], body_camera[:3, 3] = camera
     camera_dock[:3, :3], camera_dock[:3, 3] = pose.rotation, pose.position_m
     dock_frd[:3, :3] = TO_FRD.inv().as_matrix()
     wanted = body_camera @ camera_dock @ dock_frd
-    there, here = dock_in_body(pose, mount), vehicle_in_dock(pose, mount)
+    there, here = dock_in_body(pose, vehicle), vehicle_in_dock(pose, vehicle)
     np.testing.assert_allclose(there.rotation, wanted[:3, :3], atol=1e-12)
     np.testing.assert_allclose(there.position_m, wanted[:3, 3], atol=1e-12)
     back = np.linalg.inv(wanted)
@@ -87,9 +95,9 @@ def with_errors(pose: CirclePose, covariance: np.ndarray) -> CirclePose:
     return CirclePose(pose.position_m, pose.normal, pose.centre_px, errors=errors)
 
 
-@pytest.mark.parametrize("mount", [FORWARD, TILTED], ids=["ahead", "tilted"])
+@pytest.mark.parametrize("vehicle", [AHEAD, TILTED], ids=["ahead", "tilted"])
 @pytest.mark.parametrize("seed", range(3))
-def test_the_covariance_is_that_of_many_poses(mount, seed):
+def test_the_covariance_is_that_of_many_poses(vehicle, seed):
     """Poses drawn about one by its position's and its face's errors, each turned into what is sent."""
     rng = np.random.default_rng(seed)
     pose = pose_of(*rng.uniform([-1, -1, 1], [1, 1, 4]), *rng.uniform(-40, 40, 2))
@@ -100,15 +108,42 @@ def test_the_covariance_is_that_of_many_poses(mount, seed):
     for step in rng.multivariate_normal(np.zeros(6), covariance, size=2000):
         turned = Rotation.from_matrix(pose.rotation) * Rotation.from_rotvec([step[3], step[4], 0])
         other = CirclePose(pose.position_m + step[:3], turned.apply([0, 0, -1.0]), pose.centre_px)
-        here = vehicle_in_dock(other, mount)
+        here = vehicle_in_dock(other, vehicle)
         sent.append([*here.position_m, *here.roll_pitch_yaw_rad])
     wanted = np.cov(np.array(sent).T)
-    found = vehicle_covariance(with_errors(pose, covariance), mount)
+    found = vehicle_covariance(with_errors(pose, covariance), vehicle)
     scale = np.sqrt(np.outer(np.diag(wanted), np.diag(wanted)))
     known = [0, 1, 2, 4, 5]
     # 2000 draws: standard errors of a covariance are up to 3.2 % of the scale.
     assert (np.abs(found - wanted) / scale)[np.ix_(known, known)].max() < 0.1
     assert found[3, 3] == pytest.approx(math.pi**2 / 3, rel=0.35)  # of a full turn about the dock's axis
+
+
+def test_what_the_mount_may_be_off_by_hand():
+    """1 cm and 2 degrees, the camera 0.5 m ahead: a nose that is left of where it seems has the middle to the right."""
+    pose, turn_rad = with_errors(pose_of(0, 0, 2), np.zeros((6, 6))), math.radians(2)
+    at = Mount(position_m=(0.5, 0, 0), position_sigma_m=0.01, angle_sigma_deg=2)
+    found = vehicle_covariance(pose, Vehicle(T_body_camera=at))
+    wanted = np.diag([0.01**2, *[0.01**2 + (0.5 * turn_rad) ** 2] * 2, *[turn_rad**2] * 3])
+    wanted[[1, 5, 2, 4], [5, 1, 4, 2]] = np.array([-1, -1, 1, 1]) * 0.5 * turn_rad**2
+    np.testing.assert_allclose(found - vehicle_covariance(pose, ahead_by(0.5)), wanted, atol=1e-12)
+
+
+def test_what_a_tilted_mount_may_be_off_is_that_of_draws():
+    rng, pose, sigma_m, sigma_deg = np.random.default_rng(5), pose_of(0.4, -0.2, 3, 15, -30), 0.01, 0.5
+    sent = []
+    for step in rng.normal(size=(2000, 6)):
+        off = Rotation.from_rotvec(math.radians(sigma_deg) * step[3:])
+        mount = Mount(
+            position_m=tuple((np.array(TILTED.T_body_camera.position_m) + sigma_m * step[:3]).tolist()),
+            quaternion_xyzw=tuple((off * Rotation.from_matrix(TILTED.rotation)).as_quat().tolist()),
+        )
+        here = vehicle_in_dock(pose, Vehicle(T_body_camera=mount))
+        sent.append([*here.position_m, *here.roll_pitch_yaw_rad])
+    wanted, exact = np.cov(np.array(sent).T), with_errors(pose, np.zeros((6, 6)))
+    mount = msgspec.structs.replace(TILTED.T_body_camera, position_sigma_m=sigma_m, angle_sigma_deg=sigma_deg)
+    found = vehicle_covariance(exact, Vehicle(T_body_camera=mount)) - vehicle_covariance(exact, TILTED)
+    assert (np.abs(found - wanted) / np.sqrt(np.outer(np.diag(wanted), np.diag(wanted)))).max() < 0.1
 
 
 def test_errors_that_are_not_known_are_those_of_knowing_nothing():

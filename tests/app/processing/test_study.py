@@ -6,7 +6,7 @@ import pytest
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.protected import FolderLock
 from dockpose.app.processing import study as module
-from dockpose.app.processing.study import BLOCK, Study
+from dockpose.app.processing.study import Study
 from dockpose.study.judge import methods
 
 
@@ -19,11 +19,9 @@ def worked_on(monkeypatch):
     """Scenes that were worked on, by threads and without any picture."""
     scenes = []
 
-    def block_text(seed, start, stop):
-        scenes.extend(range(start, stop))
-        rows = [
-            f"{scene},{seed},{label},{scene * seed},320,240,1.5" for scene in range(start, stop) for label in methods()
-        ]
+    def scene_text(seed, scene):
+        scenes.append(scene)
+        rows = [f"{scene},{seed},{label},{scene * seed},320,240,1.5" for label in methods()]
         return module.code_print(), "\n".join(["scene,seed,method,value,width_px,height_px,elapsed_ms", *rows, ""])
 
     @contextlib.contextmanager
@@ -31,7 +29,7 @@ def worked_on(monkeypatch):
         with ThreadPoolExecutor(jobs) as pool:
             yield pool, jobs
 
-    monkeypatch.setattr(module, "block_text", block_text)
+    monkeypatch.setattr(module, "scene_text", scene_text)
     monkeypatch.setattr(module, "workers", workers)
     return scenes
 
@@ -55,14 +53,13 @@ def test_rows_are_in_order_and_nothing_timed_is_among_them(tmp_path, worked_on):
 
 def test_a_stopped_run_keeps_what_is_done_and_goes_on(tmp_path, worked_on):
     def stop(count):
-        if count >= 2 * BLOCK:
+        if count >= 4:
             raise StoppedError
 
     with pytest.raises(StoppedError):
         Study(tmp_path / "one", 30, 2).run(1, None, stop)
-    files = [path.stem.split("-") for path in (tmp_path / "one" / "scenes").glob("*.csv")]  # blocks end in any order
-    kept = {scene for first, last in files for scene in range(int(first), int(last) + 1)}
-    assert Study(tmp_path / "one", 30, 2).done == len(kept) == 2 * BLOCK
+    kept = {int(path.stem) for path in (tmp_path / "one" / "scenes").glob("*.csv")}  # they end in any order
+    assert Study(tmp_path / "one", 30, 2).done == len(kept) == 4
     assert not (tmp_path / "one" / "study.csv").exists()
     worked_on.clear()
     assert run(tmp_path / "one", 30)[0] == len(kept)
@@ -72,7 +69,7 @@ def test_a_stopped_run_keeps_what_is_done_and_goes_on(tmp_path, worked_on):
 
 
 def test_more_scenes_go_on_from_those_that_are_done(tmp_path, worked_on):
-    run(tmp_path / "one", 7)  # ends amid a block
+    run(tmp_path / "one", 7)
     worked_on.clear()
     run(tmp_path / "one", 15)
     assert sorted(worked_on) == list(range(7, 15))
@@ -80,15 +77,14 @@ def test_more_scenes_go_on_from_those_that_are_done(tmp_path, worked_on):
     assert (tmp_path / "one" / "study.csv").read_bytes() == (tmp_path / "other" / "study.csv").read_bytes()
 
 
-def test_a_lost_block_alone_is_done_again(tmp_path, worked_on):
+def test_a_lost_scene_alone_is_done_again(tmp_path, worked_on):
     run(tmp_path, 12)
     whole = (tmp_path / "study.csv").read_bytes()
-    lost = f"{2 * BLOCK:06d}-{3 * BLOCK - 1:06d}.csv"
-    (tmp_path / "scenes" / lost).unlink()
-    (tmp_path / "scenes" / f".{lost}.part").write_text("scene")
+    (tmp_path / "scenes" / "000004.csv").unlink()
+    (tmp_path / "scenes" / ".000004.csv.part").write_text("scene")
     worked_on.clear()
     run(tmp_path, 12)
-    assert sorted(worked_on) == list(range(2 * BLOCK, 3 * BLOCK))
+    assert worked_on == [4]
     assert (tmp_path / "study.csv").read_bytes() == whole
     assert not list((tmp_path / "scenes").glob(".*"))
 
@@ -96,7 +92,7 @@ def test_a_lost_block_alone_is_done_again(tmp_path, worked_on):
 def test_all_that_a_run_has_done_is_in_its_table_even_where_the_folder_does_not_list_it(
     tmp_path, worked_on, monkeypatch
 ):
-    monkeypatch.setattr(Study, "_blocks", lambda study: [])
+    monkeypatch.setattr(Study, "_kept", lambda study: set())
     run(tmp_path, 12)
     assert len((tmp_path / "study.csv").read_text().splitlines()) == 1 + 12 * len(methods())
 
@@ -137,7 +133,7 @@ def test_one_program_at_a_time(tmp_path, worked_on):
 
 
 def test_a_worker_of_another_version_is_refused(tmp_path, worked_on, monkeypatch):
-    monkeypatch.setattr(module, "block_text", lambda *block: ("other", ""))
+    monkeypatch.setattr(module, "scene_text", lambda *scene: ("other", ""))
     with pytest.raises(UserError, match="a different version of dockpose"):
         run(tmp_path, 4)
     assert Study(tmp_path, 4, 2).done == 0

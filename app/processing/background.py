@@ -9,7 +9,6 @@ from dockpose.sources import Frame, Frames
 
 Item = TypeVar("Item")
 Job = TypeVar("Job")
-SLOWEST, FASTEST = 0.1, 10.0
 _RATE_HZ = 10.0  # of frames that have no times
 _LATE_S = 0.25  # the most that is made up for after a slow frame
 
@@ -149,15 +148,10 @@ class FramePlayer:
             self._wanted = max(0, min(index, last))
             self._changed.notify_all()
 
-    def step(self, by: int) -> None:
-        """Pause, and show the frame so many places further on."""
-        self.play(False)
-        self.go_to(self.index + by)
-
     def set_speed(self, speed: float) -> None:
         """Play so many times as fast as the frames were taken."""
         with self._changed:
-            self._speed = min(max(speed, SLOWEST), FASTEST)
+            self._speed = speed
             self._changed.notify_all()
 
     def close(self, timeout_s: float = 5.0) -> None:

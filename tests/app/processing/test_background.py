@@ -232,26 +232,16 @@ def begun(play, screen):
     return start
 
 
-def test_first_frame_is_shown_and_no_other(begun, screen):
-    player = begun(Numbers())
+def test_first_frame_is_shown_and_no_other_until_it_plays_to_the_end_in_order_and_again(begun, screen):
+    player = begun(Numbers(20))
     time.sleep(0.02)
     assert screen.shown == [0]
+    for times in (1, 2):
+        assert not player.is_playing
+        player.play()
+        until(lambda times=times: screen.ends == times)
+        assert screen.shown == times * [*range(20)]
     assert not player.is_playing
-
-
-def test_all_frames_are_shown_in_order_up_to_the_end(begun, screen):
-    player = begun(Numbers(20))
-    play_to_end(player, screen)
-    assert screen.shown == list(range(20))
-    assert not player.is_playing
-
-
-def test_from_the_end_it_begins_again(begun, screen):
-    player = begun(Numbers(3))
-    play_to_end(player, screen)
-    player.play()
-    until(lambda: screen.ends == 2)
-    assert screen.shown == [0, 1, 2, 0, 1, 2]
 
 
 def test_slow_screen_loses_no_frame(play, screen):
@@ -264,30 +254,14 @@ def test_slow_screen_loses_no_frame(play, screen):
     assert screen.shown == [0, 1, 2, 3, 4]
 
 
-def test_steps_pause_and_show_one_frame_each(begun, screen):
-    player = begun(Numbers())
-    for by, expected in ((1, 1), (1, 2), (-1, 1), (-5, 0)):
-        player.step(by)
-        until(lambda expected=expected: player.index == expected)
-    assert screen.shown == [0, 1, 2, 1, 0]
+def test_it_goes_where_it_is_told_or_to_the_nearest_end_and_plays_on_from_there(begun, screen):
+    player = begun(Numbers(20))
+    for wanted, expected in ((1000, 19), (-7, 0), (17, 17)):
+        player.go_to(wanted)
+        until(lambda expected=expected: screen.shown[-1] == expected)
     assert not player.is_playing
-
-
-def test_it_goes_where_it_is_told_and_plays_on_from_there(begun, screen):
-    player = begun(Numbers(20))
-    player.go_to(17)
-    until(lambda: screen.shown == [0, 17])
-    player.play()
-    until(lambda: screen.ends == 1)
-    assert screen.shown == [0, 17, 18, 19]
-
-
-def test_beyond_the_ends_it_goes_to_the_last_frame(begun, screen):
-    player = begun(Numbers(20))
-    player.go_to(1000)
-    until(lambda: player.index == 19)
-    player.go_to(-7)
-    until(lambda: player.index == 0)
+    play_to_end(player, screen)
+    assert screen.shown == [0, 19, 0, 17, 18, 19]
 
 
 @pytest.mark.slow

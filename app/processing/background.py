@@ -47,18 +47,13 @@ class Progress:
 class LatestWorker(Generic[Job]):
     """Does the newest job in its own thread, dropping those that waited before it, as of a slider that is dragged."""
 
-    # After each job the next one waits for ``rest_s()`` seconds, and until for ``quiet_s()`` seconds no newer one came.
-
     def __init__(
         self,
         work: Callable[[Job], None],
         on_error: Callable[[Exception], None],
-        rest_s: Callable[[], float] = lambda: 0.0,
-        quiet_s: Callable[[], float] = lambda: 0.0,
+        pauses_s: Callable[[], tuple[float, float]] = lambda: (0.0, 0.0),  # after each job, and since the newest came
     ) -> None:
-        self._work = work
-        self._on_error = on_error
-        self._rest_s, self._quiet_s = rest_s, quiet_s
+        self._work, self._on_error, self._pauses_s = work, on_error, pauses_s
         self._rested_at_s = time.monotonic()
         self._changed = threading.Condition()
         self._waiting: list[Job] = []
@@ -71,7 +66,7 @@ class LatestWorker(Generic[Job]):
         """Work on this job next, replacing any that waits."""
         with self._changed:
             self._waiting = [job]
-            self._rested_at_s = max(self._rested_at_s, time.monotonic() + self._quiet_s())
+            self._rested_at_s = max(self._rested_at_s, time.monotonic() + self._pauses_s()[1])
             self._changed.notify_all()
 
     def wait_until_idle(self, timeout_s: float) -> bool:
@@ -105,7 +100,7 @@ class LatestWorker(Generic[Job]):
             finally:
                 with self._changed:
                     self._is_busy = False
-                    self._rested_at_s = time.monotonic() + self._rest_s()
+                    self._rested_at_s = time.monotonic() + self._pauses_s()[0]
                     self._changed.notify_all()
 
 

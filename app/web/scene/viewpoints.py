@@ -142,10 +142,8 @@ class Viewpoints:
             client.camera.look_at = place.look_at
 
     def _place(self, name: str, aspect: float | None) -> Viewpoint:
-        return viewpoint(name, self._extent_of(name), self._camera, aspect)
-
-    def _extent_of(self, name: str) -> Extent:
-        return self._docks if name == CLOSE_UP and self._docks is not None else self._all
+        extent = self._docks if name == CLOSE_UP and self._docks is not None else self._all
+        return viewpoint(name, extent, self._camera, aspect)
 
     def _welcome(self, client: viser.ClientHandle) -> None:
         """Fit the scene to the browser's window now, and whenever that changes its shape."""
@@ -174,8 +172,9 @@ class Viewpoints:
         new = self._place(old.name, old.aspect)
         if old.name == FROM_CAMERA:
             return not math.isclose(new.fov_rad, old.fov_rad, rel_tol=0.01)
+        needed = self._docks if old.name == CLOSE_UP and self._docks is not None else self._all
         far, near = (float(np.linalg.norm(place.position - place.look_at)) for place in (old, new))
-        return far > _FARTHER * near or not shows(replace(old, aspect=client.camera.aspect), self._extent_of(old.name))
+        return far > _FARTHER * near or not shows(replace(old, aspect=client.camera.aspect), needed)
 
     def _lost_dock(self, client: viser.ClientHandle) -> bool:
         camera = client.camera

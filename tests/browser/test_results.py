@@ -142,7 +142,7 @@ def test_results_of_another_picture_are_dimmed_until_compared_again(page):
     page.until(lambda: "Steps in" in card(page, "hats_local").inner_text())
     page.until(lambda: "Found no dock by itself: HATS local stepped in" in card(page, "hats").inner_text())
     assert "No dock:" not in card(page, "hats").inner_text()
-    for method, verdict in (("hats_local", "Right"), ("kapur", "Right"), ("yen", "No dock")):
+    for method, verdict in (("hats_local", "Right"), ("kapur", "Right"), ("otsu", "No dock")):
         assert verdict in card(page, method).locator(".verdict").inner_text()
     page.tab("Picture")
     page.choose("Sample scene", "plain")

@@ -9,7 +9,6 @@ from dockpose.sources import Frame, Frames
 
 Item = TypeVar("Item")
 Job = TypeVar("Job")
-SLOWEST, FASTEST = 0.1, 10.0
 _RATE_HZ = 10.0  # of frames that have no times
 _LATE_S = 0.25  # the most that is made up for after a slow frame
 
@@ -48,18 +47,13 @@ class Progress:
 class LatestWorker(Generic[Job]):
     """Does the newest job in its own thread, dropping those that waited before it, as of a slider that is dragged."""
 
-    # After each job the next one waits for ``rest_s()`` seconds, and until for ``quiet_s()`` seconds no newer one came.
-
     def __init__(
         self,
         work: Callable[[Job], None],
         on_error: Callable[[Exception], None],
-        rest_s: Callable[[], float] = lambda: 0.0,
-        quiet_s: Callable[[], float] = lambda: 0.0,
+        pauses_s: Callable[[], tuple[float, float]] = lambda: (0.0, 0.0),  # after each job, and since the newest came
     ) -> None:
-        self._work = work
-        self._on_error = on_error
-        self._rest_s, self._quiet_s = rest_s, quiet_s
+        self._work, self._on_error, self._pauses_s = work, on_error, pauses_s
         self._rested_at_s = time.monotonic()
         self._changed = threading.Condition()
         self._waiting: list[Job] = []
@@ -72,7 +66,7 @@ class LatestWorker(Generic[Job]):
         """Work on this job next, replacing any that waits."""
         with self._changed:
             self._waiting = [job]
-            self._rested_at_s = max(self._rested_at_s, time.monotonic() + self._quiet_s())
+            self._rested_at_s = max(self._rested_at_s, time.monotonic() + self._pauses_s()[1])
             self._changed.notify_all()
 
     def wait_until_idle(self, timeout_s: float) -> bool:
@@ -106,7 +100,7 @@ class LatestWorker(Generic[Job]):
             finally:
                 with self._changed:
                     self._is_busy = False
-                    self._rested_at_s = time.monotonic() + self._rest_s()
+                    self._rested_at_s = time.monotonic() + self._pauses_s()[0]
                     self._changed.notify_all()
 
 
@@ -149,15 +143,10 @@ class FramePlayer:
             self._wanted = max(0, min(index, last))
             self._changed.notify_all()
 
-    def step(self, by: int) -> None:
-        """Pause, and show the frame so many places further on."""
-        self.play(False)
-        self.go_to(self.index + by)
-
     def set_speed(self, speed: float) -> None:
         """Play so many times as fast as the frames were taken."""
         with self._changed:
-            self._speed = min(max(speed, SLOWEST), FASTEST)
+            self._speed = speed
             self._changed.notify_all()
 
     def close(self, timeout_s: float = 5.0) -> None:

@@ -157,13 +157,11 @@ def _check_same(there: dict[str, Any], ours: dict[str, Any], folder: Path) -> No
 @contextlib.contextmanager
 def _one_thread() -> Iterator[None]:
     """Processes that are started within this context compute with one thread each."""
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    before = {name: os.environ[name] for name in _ONE_THREAD if name in os.environ}
+    os.environ |= dict.fromkeys(_ONE_THREAD, "1")
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+        for name in _ONE_THREAD:
+            os.environ.pop(name, None)
+        os.environ |= before

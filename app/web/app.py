@@ -82,7 +82,7 @@ class App(contextlib.AbstractContextManager["App"]):
         self._load(view)
         self._current: Analysis | None = None
         self._drawing, self._greeting = threading.Lock(), threading.Lock()
-        self._scene_worker = LatestWorker(self._draw, self.fail, pacing.drawing_rest_s, pacing.drawing_quiet_s)
+        self._scene_worker = LatestWorker(self._draw, self.fail, pacing.drawing_pauses_s)
         self._worker: LatestWorker[View | Frame | None] = LatestWorker(self._work, self.fail)
         self._worker.submit(view)
         server.on_client_connect(self._welcome)

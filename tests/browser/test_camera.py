@@ -1,8 +1,5 @@
 import pytest
 import yaml
-from dockpose import Camera
-from dockpose.app.state.camera import camera_file
-from dockpose.app.state.parameters import DISTORTION
 from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER
 
 pytestmark = pytest.mark.browser
@@ -18,12 +15,6 @@ def unfolded(opened):
         opened.unfold(title)
 
 
-def test_intrinsics(page):
-    for name in ("fx", "fy", "cx", "cy"):
-        page.box(f"{name} (px)").fill("333.5")
-        page.until(lambda: getattr(page.app.view.camera, name) == 333.5)  # noqa: B023
-
-
 def test_locked_focal_lengths_move_together(page):
     page.tab("Tank")
     page.tick("Lock fx = fy")
@@ -31,12 +22,6 @@ def test_locked_focal_lengths_move_together(page):
     page.until(lambda: page.app.view.camera.fx == page.app.view.camera.fy == 650)
     page.until(lambda: float(page.box("fx (px)").input_value()) == 650)
     page.tick("Lock fx = fy", False)
-
-
-def test_distortion(page):
-    for index, name in enumerate(DISTORTION):
-        page.box(name).fill("0.05")
-        page.until(lambda: page.app.view.camera.distortion[index : index + 1] == (0.05,))  # noqa: B023
 
 
 def test_port_and_water(page):
@@ -75,15 +60,6 @@ def test_camera_is_saved_and_loaded(page):
     page.until(lambda: page.app.view.camera.fx < 600)
     page.send("Load a camera file", ("mine.yaml", saved))
     page.until(lambda: page.box("fx (px)").input_value() == "812")
-
-
-def test_camera_of_another_size_is_named_and_changes_nothing(page):
-    page.tab("Tank")
-    before = page.app.view
-    other = camera_file(Camera(700, 700, 300, 300, 600, 600), "dockpose")
-    page.send("Load a camera file", ("square.yaml", other))
-    page.page.get_by_text("square.yaml: the image is 640 x 480").first.wait_for()
-    assert page.app.view is before
 
 
 def test_given_angles_of_the_lights(page):

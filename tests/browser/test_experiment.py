@@ -9,7 +9,6 @@ import pytest
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Session, session
 from dockpose.app.experiment.record import COLUMNS, csv_text
-from dockpose.app.state.changes import with_measured
 from dockpose.app.web.panels.experiment import ALL, NEXT_FRAME, NO_SESSION, WHAT, ExperimentPanel
 
 from tests.browser.test_export import saved
@@ -175,16 +174,6 @@ def test_pages_of_a_long_session_and_its_downloads(tab):
     archive = zipfile.ZipFile(io.BytesIO(data))
     assert set(archive.namelist()) == set(WHAT.values()) - {ALL}
     assert b"longtable" in archive.read("table.tex")
-
-
-def test_pose_measured_in_its_tab_is_there_already(tab):
-    fill(tab, z="", d="120")
-    pose = {"x (cm)": 1, "y (cm)": 2, "z (cm)": 123.4, "θx (°)": 0, "θy (°)": -5}
-    tab.app.change(lambda view: with_measured(view, pose))
-    tab.until(lambda: tab.box("z (cm)").input_value() == "123.4")
-    assert tab.box("θy (°)").input_value() == "-5"
-    assert tab.box("Distance (cm)").input_value() == "120"
-    assert tab.app.view.measured_pose.position_m[2] == pytest.approx(1.234)
 
 
 def type_row(page, values, delay_ms):

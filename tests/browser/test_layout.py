@@ -314,6 +314,7 @@ def test_notices_never_lie_over_the_picture(page, resized, hides):
     notice = page.page.get_by_role("alert").filter(has_text="A sentence.")
     notice.wait_for()
     page.until(lambda: notice.bounding_box()["x"] >= box(page, STAGE)["right"])  # it slides in
+    assert notice.bounding_box()["height"] > 40
     notice.get_by_role("button").click()
     if hides:
         away.click()
@@ -393,20 +394,13 @@ def test_port_is_drawn_where_the_camera_has_one(page):
     assert scene._port._glass.position[2] == pytest.approx(port.air_gap_m + port.glass_m / 2)
 
 
-def test_notices_leave_the_3d_view_free_but_are_seen(page):
-    canvas = box(page, CANVAS)
-    software = page.page.locator("#webgl-software-rendering")
+def test_what_is_said_of_software_leaves_the_3d_view_free(page):
+    canvas, software = box(page, CANVAS), page.page.locator("#webgl-software-rendering")
     if software.count():  # on a machine without a graphics card
         place = box(page, "#webgl-software-rendering")
         assert place["height"] <= 48
         assert canvas["left"] <= place["left"] < place["right"] <= canvas["right"]
         assert place["top"] > canvas["bottom"] - 60
-    page.app.notify("A title", "A sentence.", "yellow", None)
-    notice = page.page.get_by_role("alert").filter(has_text="A sentence.")
-    notice.wait_for()
-    page.until(lambda: notice.bounding_box()["x"] >= canvas["left"])  # it slides in
-    assert notice.bounding_box()["height"] > 40
-    notice.get_by_role("button").click()
 
 
 def test_two_fingers_zoom_and_shift_the_picture(page):

@@ -33,9 +33,13 @@ def test_ticking_the_comparison_measures_nothing_and_blank_is_logged_as_blank(pa
     assert json.loads((root / "blank/frames/0001.json").read_text())["status"] == "ok"
     page.tab("Detect")
     page.box("Measured z (cm)").fill("100")
-    page.until(lambda: page.app.view.measured.z_cm == 100)
+    page.rest()
+    page.box("Measured θy (°)").fill("-11")
+    page.until(lambda: (page.app.view.measured.z_cm, page.app.view.measured.theta_y_deg) == (100, -11))
+    error = page.page.locator("#errors-measured tbody tr").first.locator("td").nth(3)
+    page.until(lambda: float(error.inner_text()) == pytest.approx(10.0, abs=0.2))
     page.tab("Log")
-    page.until(lambda: page.box("z (cm)").input_value() == "100")
+    page.until(lambda: (page.box("z (cm)").input_value(), page.box("θy (°)").input_value()) == ("100", "-11"))
     assert page.box("x (cm)").input_value() == ""
     page.tab("Detect")
     page.tick("Compare with a measured pose", False)

@@ -3,9 +3,9 @@ import threading
 
 import pytest
 
+from tests.browser.conftest import TABS
+
 pytestmark = pytest.mark.browser
-RIGHT = ("Pictures", "Tank", "Detect", "Simulate", "Play", "Log", "Export", "Settings")
-LEFT = ("Compare", "Picture")
 DIRECTIVES = [
     *("connect-src", "img-src", "frame-src", "object-src", "form-action"),
     *("style-src-elem", "script-src-elem", "script-src-attr"),
@@ -41,7 +41,7 @@ def elsewhere():
 
 def test_nothing_that_the_page_needs_is_refused(page):
     """The fixture fails the test if the console shows an error, as it does for whatever is refused."""
-    for name in (*RIGHT, *LEFT):
+    for name in (*TABS, "Compare", "Picture"):
         page.tab(name)
     page.page.locator("#candidates").wait_for()
     with page.page.expect_popup() as popup:

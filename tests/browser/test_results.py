@@ -28,19 +28,14 @@ def test_status_line_is_in_view_and_says_what_to_try(page):
         assert not page.page.locator(f"#{name}").evaluate(is_cut), name
 
 
-def test_minimum_area_throws_small_groups_out_and_says_so(page):
+def test_small_groups_are_thrown_out_and_centres_found_as_chosen(page):
     page.box("Level (0-255)").fill("150")
     page.until(lambda: page.app.view.settings.method == "fixed")
     page.box("Min. area (px)").fill("100")
-    page.until(lambda: page.app.view.settings.min_area_px == 100)
     page.page.get_by_text("below 100 px ignored").wait_for()
-
-
-def test_kind_of_centre(page):
-    page.choose("Centre of a light", "Middle of the pixels kept")
-    page.until(lambda: page.app.view.settings.centroid == "binary")
-    page.choose("Centre of a light", "Weighed by brightness")
-    page.until(lambda: page.app.view.settings.centroid == "grey")
+    for label, kind in (("Middle of the pixels kept", "binary"), ("Weighed by brightness", "grey")):
+        page.choose("Centre of a light", label)
+        page.until(lambda kind=kind: page.app.view.settings.centroid == kind)
 
 
 def test_masks_are_added_and_removed(page):
@@ -73,23 +68,6 @@ def test_choice_is_overruled_by_hand_and_given_back(page):
     assert page.row_names() == ["○ A", "● B, chosen", "Truth"]
     page.press("The program's")
     page.until(lambda: "pose A 100 %" in line(page))
-
-
-def test_measured_pose_stands_beside_the_estimated_one(page):
-    page.unfold(POSES)
-    page.page.get_by_label("Compare with a measured pose").click()
-    numbers = {"Measured x (cm)": 6, "Measured y (cm)": -4, "Measured z (cm)": 100}
-    numbers |= {"Measured θx (°)": 5, "Measured θy (°)": -11}
-    for label, value in numbers.items():
-        page.box(label).fill(str(value))
-        page.rest()
-    page.until(lambda: getattr(page.app.view.measured, "theta_y_deg", None) == -11)
-    assert page.app.view.measured_pose.position_m == pytest.approx([0.06, -0.04, 1.0])
-    cells = page.page.locator("#errors-measured tbody tr").first.locator("td")
-    page.until(lambda: float(cells.nth(3).inner_text()) == pytest.approx(10.0, abs=0.2))
-    page.until(lambda: page.row_names()[-1] == "Measured")
-    page.page.get_by_label("Compare with a measured pose").click()
-    page.until(lambda: page.app.view.measured is None)
 
 
 def test_coloured_lights_are_also_solved_point_by_point(page):
@@ -164,7 +142,7 @@ def test_results_of_another_picture_are_dimmed_until_compared_again(page):
     page.until(lambda: "Steps in" in card(page, "hats_local").inner_text())
     page.until(lambda: "Found no dock by itself: HATS local stepped in" in card(page, "hats").inner_text())
     assert "No dock:" not in card(page, "hats").inner_text()
-    for method, verdict in (("hats_local", "Right"), ("kapur", "Right"), ("yen", "No dock")):
+    for method, verdict in (("hats_local", "Right"), ("kapur", "Right"), ("otsu", "No dock")):
         assert verdict in card(page, method).locator(".verdict").inner_text()
     page.tab("Picture")
     page.choose("Sample scene", "plain")

@@ -230,12 +230,6 @@ def test_dropped_video_opens_the_tab_and_plays(page, tmp_path):
     page.choose("Sequence", NONE_CHOSEN)
 
 
-def test_text_called_mp4_is_refused_and_the_page_stays(page):
-    page.send("Upload a video", ("text.mp4", b"no video"))
-    page.page.get_by_text("text.mp4", exact=False).first.wait_for()
-    assert "Dock found in plain" in page.status
-
-
 def test_a_bag_is_uploaded_and_played(page, tmp_path):
     """Without a camera in it, it is searched with the camera of the page."""
     pictures = [np.full((480, 640), level, np.uint8) for level in (0, 50, 100)]

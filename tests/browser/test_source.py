@@ -4,8 +4,10 @@ import cv2
 import numpy as np
 import pytest
 import yaml
+from dockpose import Camera
 from dockpose.app.inputs.pictures import sample_path, samples_folder
-from dockpose.app.state.parameters import SCENE
+from dockpose.app.state.camera import camera_file
+from dockpose.app.state.parameters import DETECTION, DISTORTION, LENS, SCENE
 from dockpose.app.web import notifications
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.source import NONE_CHOSEN, OWN_PICTURE, SourcePanel
@@ -37,20 +39,14 @@ def files(page):
     return panel._file
 
 
-def test_every_slider_of_the_scene_changes_it(page):
-    for name, parameter in SCENE.items():
+def test_every_slider_of_camera_detection_and_scene_changes_it(page):
+    for name, parameter in (LENS | DISTORTION | DETECTION | SCENE).items():
         limits = parameter.range(page.app.view)
-        share = limits.low + 0.6 * (limits.high - limits.low)
-        value = {"z_cm": 140, "light": 4, "surface_cm": 40}.get(name, round(share))
+        share = 0.05 if name in DISTORTION else round(limits.low + 0.6 * (limits.high - limits.low))
+        value = {"z_cm": 140, "light": 4, "surface_cm": 40, "min_area_px": 20}.get(name, share)
         page.box(parameter.label).fill(f"{value:g}")
         page.until(lambda: parameter.get(page.app.view) == pytest.approx(value, abs=1e-6))  # noqa: B023
     page.until(lambda: "simulated scene" in page.status and page.box("Sample scene").input_value() == OWN_PICTURE)
-
-
-def test_simulated_dock_is_found_beside_its_truth(page):
-    page.box("Dock z (cm)").fill("140")
-    page.until(lambda: page.z_cm == pytest.approx(140, abs=1))
-    assert page.row_names()[-1] == "Truth"
 
 
 def test_water_psf_missing_lights_and_text(page):
@@ -78,6 +74,7 @@ def test_water_too_far_for_its_model_is_refused_and_the_last_scene_stays(page):
 def test_scene_is_saved_and_loaded(page):
     page.box("Dock z (cm)").fill("130")
     page.until(lambda: "130.0 cm ahead" in page.status or page.z_cm == pytest.approx(130, abs=1))
+    assert page.row_names()[-1] == "Truth"
     _, saved = page.download("Save the scene")
     assert yaml.safe_load(saved)["pose"]["position_m"][2] == 1.3
     page.box("Dock z (cm)").fill("90")
@@ -143,8 +140,15 @@ BAD = {
     "empty": ("Upload pictures", "empty.png", lambda: b"", "empty.png: the file is empty"),
     "huge": ("Upload pictures", "huge.png", huge, "huge.png: the picture"),
     "unknown key": ("Load a scene", "odd.yaml", lambda: sea(), "odd.yaml: Object contains unknown field `sea`"),
+    "of another size": ("Load a camera file", "square.yaml", lambda: square(), "square.yaml: the image is 640 x 480"),
+    "settings": ("Load settings", "odd.yaml", lambda: b"settings: {a: b}", "odd.yaml: Object contains unknown field"),
+    "no video": ("Upload a video", "text.mp4", lambda: b"no video", "text.mp4"),
     "no YAML": ("Load a scene", "odd.yaml", lambda: b"\x00\xff", "odd.yaml: is not a text file"),
 }
+
+
+def square():
+    return camera_file(Camera(700, 700, 300, 300, 600, 600), "dockpose")
 
 
 def sea():

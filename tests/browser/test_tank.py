@@ -13,7 +13,7 @@ from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
 from msgspec.structs import replace as changed
 
-from tests.browser.conftest import HANGS_S, visit
+from tests.browser.conftest import HANGS_S, TABS, visit
 
 pytestmark = pytest.mark.browser
 OWN = Camera(649.0, 649.0, 319.5, 239.5, 640, 480)  # sees 92.7 cm where the sample's camera, of 700 px, sees 100
@@ -199,7 +199,7 @@ def other_page(browser, app):
 
 def test_line_on_my_tank_is_in_view_from_every_tab(page, other_page):
     other_page.open()
-    for name in ("Pictures", "Tank", "Detect", "Simulate", "Play", "Log", "Export", "Settings"):
+    for name in TABS:
         other_page.tab(name)
         place = other_page.page.locator("#tank").bounding_box()
         assert 560 <= place["x"] <= place["x"] + place["width"] <= 1366

@@ -2,7 +2,6 @@
 
 import base64
 import io
-import json
 import math
 from itertools import pairwise
 from typing import Any
@@ -435,20 +434,3 @@ def test_every_methods_level_is_marked_on_demand(page):
     page.until(lambda: marks.count() >= 8)
     ask.click()
     page.until(lambda: marks.count() == 0)
-
-
-def test_what_a_page_sends_is_checked(page):
-    before = page.app.view
-    for wish in ('{"do":"level","number":5,"level":"x"}', "no JSON", json.dumps({"do": "mask", "number": 6})):
-        page.page.evaluate(
-            """(text) => {
-              const id = document.querySelector("dockpose-picture").getAttribute("channel");
-              const row = document.querySelector(`label[for="${id}"]`).closest(".mantine-Flex-root");
-              const box = row.querySelector("input");
-              Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(box, text);
-              box.dispatchEvent(new Event("input", { bubbles: true }));
-            }""",
-            wish,
-        )
-        page.rest()
-    assert page.app.view is before

@@ -92,16 +92,20 @@ class CalibrationPanel(Panel):
         self._save = self.add_download("save", "camera.yaml", lambda view: camera_file(self._camera(), "dockpose"))
         self.add("button", "again", self.trying(self._clear))
 
-    def _board(self) -> Board:
-        return board_of(self._squares.value, float(self._side.value))
-
     def _ready(self) -> Gathering:
         """What is gathered; begun anew where the board that is typed has changed."""
-        board = self._board()
+        board = board_of(self._squares.value, float(self._side.value))
         if board != self._gathering.board:
-            self._gathering, self._dropped, self._done = Gathering(board, distinct=True), {}, None
-            self._show_cards([])
+            self._begin(board)
         return self._gathering
+
+    def _begin(self, board: Board) -> None:
+        self._gathering, self._dropped, self._done = Gathering(board, distinct=True), {}, None
+        for handle in (self._seen, self._covered, self._result):
+            handle.content = ""
+        for handle in (self._shown, self._use, self._save):
+            handle.visible = False
+        self._show_gathered()
 
     def _add_shown(self, client: Client) -> None:
         if self.analysis is None:
@@ -225,18 +229,12 @@ class CalibrationPanel(Panel):
 
     def _forget_quietly(self, client: Client) -> None:
         """Begin anew with another board, as soon as one is typed that can be."""
-        with contextlib.suppress(ValueError):
-            if self._board() != self._gathering.board:
-                self._clear(client)
+        with contextlib.suppress(ValueError), self._lock:
+            self._ready()
 
     def _clear(self, client: Client) -> None:
         with self._lock:
-            self._gathering, self._dropped, self._done = Gathering(self._board(), distinct=True), {}, None
-            for handle in (self._seen, self._covered, self._result):
-                handle.content = ""
-            for handle in (self._shown, self._use, self._save):
-                handle.visible = False
-            self._show_gathered()
+            self._begin(self._ready().board)
 
 
 def picture_with_board(

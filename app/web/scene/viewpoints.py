@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -48,11 +48,13 @@ class Extent:
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """Where the eye is, what it looks at (metres) and its vertical field of view (radians)."""
+    """Where the eye is, what it looks at (metres) and its vertical field of view (radians), in a view of ``aspect``."""
 
     position: np.ndarray
     look_at: np.ndarray
     fov_rad: float
+    aspect: float
+    name: str = ""
 
 
 def viewpoint(name: str, extent: Extent, camera: Camera, aspect: float | None) -> Viewpoint:
@@ -61,17 +63,18 @@ def viewpoint(name: str, extent: Extent, camera: Camera, aspect: float | None) -
     if name == FROM_CAMERA:
         wide, high = camera.field_of_view_rad
         fov = 2 * math.atan(max(math.tan(high / 2), math.tan(wide / 2) / aspect))
-        return Viewpoint(np.zeros(3), np.array([0, 0, extent.depth_m]), fov)
+        return Viewpoint(np.zeros(3), np.array([0, 0, extent.depth_m]), fov, aspect, name)
     middle, direction = (extent.low + extent.high) / 2, _unit(_DIRECTIONS[name])
     look_at, distance = _nearest(extent.corners() - middle, direction, aspect)
-    return Viewpoint(middle + look_at + distance * direction, middle + look_at, _FOV_RAD)
+    return Viewpoint(middle + look_at + distance * direction, middle + look_at, _FOV_RAD, aspect, name)
 
 
-def shows(place: Viewpoint, extent: Extent, aspect: float) -> bool:
+def shows(place: Viewpoint, extent: Extent) -> bool:
     """Whether the whole extent is in view."""
     towards, right, up = _parts(extent.corners() - place.position, _unit(place.look_at - place.position))
     half_up = math.tan(place.fov_rad / 2) * towards
-    return bool((towards > 0).all() and (np.abs(right) <= half_up * aspect).all() and (np.abs(up) <= half_up).all())
+    half_wide = half_up * place.aspect
+    return bool((towards > 0).all() and (np.abs(right) <= half_wide).all() and (np.abs(up) <= half_up).all())
 
 
 def _unit(vector: ArrayLike) -> np.ndarray:
@@ -106,19 +109,12 @@ def _parts(points: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.nd
     return points @ direction, points @ right, points @ up
 
 
-@dataclass(frozen=True)
-class _Placed:
-    name: str
-    viewpoint: Viewpoint
-    aspect: float
-
-
 class Viewpoints:
     """Moves browsers to viewpoints, and keeps in view what is drawn for those who have not turned the scene since."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
-        self._placed: dict[int, _Placed] = {}
+        self._placed: dict[int, Viewpoint] = {}
         self._all, self._docks = Extent(np.zeros(3), np.ones(3)), None
         self._camera = Camera(1.0, 1.0, 0.0, 0.0, 1, 1)
         server.on_client_connect(self._welcome)
@@ -139,9 +135,7 @@ class Viewpoints:
 
     def look_from(self, client: viser.ClientHandle, name: str) -> None:
         """Move one browser's viewpoint to one of ``viewpoints.NAMES``."""
-        aspect = client.camera.aspect
-        place = self._place(name, aspect)
-        self._placed[client.client_id] = _Placed(name, place, aspect)
+        place = self._placed[client.client_id] = self._place(name, client.camera.aspect)
         with client.atomic():
             client.camera.fov = place.fov_rad
             client.camera.position = place.position
@@ -167,22 +161,22 @@ class Viewpoints:
     def _forget(self, client: viser.ClientHandle) -> None:
         self._placed.pop(client.client_id, None)
 
-    def _was_turned(self, client: viser.ClientHandle, placed: _Placed) -> bool:
+    def _was_turned(self, client: viser.ClientHandle, place: Viewpoint) -> bool:
         """Whether somebody turned, shifted or zoomed the scene since the browser was moved to a viewpoint."""
-        place, camera = placed.viewpoint, client.camera
+        camera = client.camera
         moved = camera.position - place.position, camera.look_at - place.look_at
         return bool(np.linalg.norm(moved, axis=1).max() > _MOVED * np.linalg.norm(place.look_at - place.position))
 
-    def _is_due(self, client: viser.ClientHandle, placed: _Placed) -> bool:
+    def _is_due(self, client: viser.ClientHandle, old: Viewpoint) -> bool:
         """Whether a viewpoint of ours no longer shows what it should, or shows it much too small."""
-        new, old = self._place(placed.name, placed.aspect), placed.viewpoint
-        if placed.name == FROM_CAMERA:
+        new = self._place(old.name, old.aspect)
+        if old.name == FROM_CAMERA:
             return not math.isclose(new.fov_rad, old.fov_rad, rel_tol=0.01)
-        needed = self._docks if placed.name == CLOSE_UP and self._docks is not None else self._all
+        needed = self._docks if old.name == CLOSE_UP and self._docks is not None else self._all
         far, near = (float(np.linalg.norm(place.position - place.look_at)) for place in (old, new))
-        return far > _FARTHER * near or not shows(old, needed, client.camera.aspect)
+        return far > _FARTHER * near or not shows(replace(old, aspect=client.camera.aspect), needed)
 
     def _lost_dock(self, client: viser.ClientHandle) -> bool:
         camera = client.camera
-        seen_from = Viewpoint(camera.position, camera.look_at, camera.fov)
-        return self._docks is not None and not shows(seen_from, self._docks, camera.aspect)
+        seen_from = Viewpoint(camera.position, camera.look_at, camera.fov, camera.aspect)
+        return self._docks is not None and not shows(seen_from, self._docks)

@@ -65,10 +65,6 @@ class UpdatePacing:
         """Whether the 3D scene is hidden, since drawing it would hold up each frame by a quarter of a second."""
         return self.is_playing() and self.draws_slowly()
 
-    def drawing_rest_s(self) -> float:
-        """Seconds for which the 3D scene rests after it was drawn."""
-        return DRAWING_REST_S if self.draws_slowly() else 0.0
-
-    def drawing_quiet_s(self) -> float:
-        """Seconds without a newer result after which the 3D scene is drawn."""
-        return DRAWING_QUIET_S if self.draws_slowly() else 0.0
+    def drawing_pauses_s(self) -> tuple[float, float]:
+        """Seconds for which the 3D scene rests after it was drawn, and without a newer result before it is."""
+        return (DRAWING_REST_S, DRAWING_QUIET_S) if self.draws_slowly() else (0.0, 0.0)

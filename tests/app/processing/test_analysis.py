@@ -6,9 +6,8 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Estimate, Settings, Track, Tracked
-from dockpose.app.processing.analysis import COLUMNS, MOST_POINTS, Trajectory, analyse, differences, estimate_again
+from dockpose.app.processing.analysis import COLUMNS, MOST_POINTS, Trajectory, differences, estimate_again
 from dockpose.app.processing.following import chosen_by_track
-from dockpose.app.state.view import open_source
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import Pose, Scene, render
 from dockpose.sources import Frame
@@ -40,10 +39,15 @@ def test_a_frame_is_noted_with_its_place_angles_and_probability():
     assert math.isnan(row["eccentricity"])
 
 
-def test_lost_frames_are_marked_and_are_not_on_the_path():
+def course(*tracked):
     trajectory = Trajectory()
-    for index, tracked in enumerate((seen(0.1), LOST, seen(0.3))):
-        trajectory.note(frame(index), tracked)
+    for index, each in enumerate(tracked):
+        trajectory.note(frame(index), each)
+    return trajectory
+
+
+def test_lost_frames_are_marked_and_are_not_on_the_path():
+    trajectory = course(seen(0.1), LOST, seen(0.3))
     assert trajectory.table(10)[:, COLUMNS.index("lost")].tolist() == [0, 1, 0]
     np.testing.assert_array_equal(trajectory.path_m(10), [[0.1, 0.2, 1.5], [0.3, 0.2, 1.5]])
 
@@ -56,18 +60,13 @@ def test_rows_are_in_the_order_of_frames_whatever_was_seen_first():
 
 
 def test_thinning_keeps_the_frames_without_a_dock():
-    trajectory = Trajectory()
-    for index in range(1000):
-        trajectory.note(frame(index), LOST if index == 777 else seen(0.1))
-    table = trajectory.table(100)
+    table = course(*[LOST if index == 777 else seen(0.1) for index in range(1000)]).table(100)
     assert len(table) == 100
     assert table[:, COLUMNS.index("lost")].sum() == 1
 
 
 def test_oldest_frames_go():
-    trajectory = Trajectory()
-    for index in range(MOST_POINTS + 5):
-        trajectory.note(frame(index), LOST)
+    trajectory = course(*[LOST] * (MOST_POINTS + 5))
     assert len(trajectory) == MOST_POINTS
     assert trajectory.table(MOST_POINTS)[0, 0] == pytest.approx(0.5)  # frame 5 at ten a second
 
@@ -83,9 +82,7 @@ def test_what_the_frames_before_chose_is_chosen_again():
     assert "tracking" in chosen_by
 
 
-def test_rounding_is_no_difference():
-    view = open_source(None, None, None)
-    found = analyse(view).estimate
+def test_rounding_is_no_difference(found):
     for change, names in ((1e-13, []), (1e-6, ["candidates[0].position_m[2]"])):
         line = msgspec.json.decode(msgspec.json.encode(found.to_dict()))
         line["candidates"][0]["position_m"][2] += change

@@ -8,6 +8,8 @@ import pytest
 from dockpose.app.processing.background import CancelledError, FramePlayer, LatestWorker, Progress
 from dockpose.sources import Frame, Frames, SourceError
 
+from tests.support.clock import until
+
 
 def test_part_of_a_work_stops_with_it():
     told = []
@@ -56,20 +58,18 @@ def test_waiting_jobs_are_dropped_for_the_newest(worker, record):
     assert record.has_begun.wait(60)
     for job in range(1, 100):
         worker.submit(job)
+    assert not worker.wait_until_idle(0.05)
     record.may_go.set()
     assert worker.wait_until_idle(120)
     assert record.done == [0, 99]
 
 
-def test_last_of_many_is_always_worked_on(worker, record):
+def test_last_of_many_is_always_worked_on_also_from_many_threads(worker, record):
     for job in range(5000):
         worker.submit(job)
     assert worker.wait_until_idle(120)
     assert record.done[-1] == 4999
     assert record.done == sorted(set(record.done))
-
-
-def test_last_one_wins_from_many_threads(worker, record):
     threads = [threading.Thread(target=lambda: [worker.submit(job) for job in range(500)]) for _ in range(8)]
     for thread in threads:
         thread.start()
@@ -89,12 +89,6 @@ def test_error_is_reported_and_the_next_job_is_done(worker, record):
     assert record.done == ["good"]
 
 
-def test_wait_until_idle_says_when_it_took_too_long(worker, record):
-    record.may_go.clear()
-    worker.submit(0)
-    assert not worker.wait_until_idle(0.05)
-
-
 def test_close_drops_what_waits(record):
     worker = LatestWorker(record, record.errors.append)
     record.may_go.clear()
@@ -111,7 +105,7 @@ def test_close_drops_what_waits(record):
 
 
 def test_after_a_job_it_rests_and_then_takes_the_newest(record):
-    resting = LatestWorker(record, record.errors.append, lambda: 0.5)
+    resting = LatestWorker(record, record.errors.append, lambda: (0.5, 0.0))
     resting.submit("first")
     assert resting.wait_until_idle(120)
     resting.submit("superseded")
@@ -123,7 +117,7 @@ def test_after_a_job_it_rests_and_then_takes_the_newest(record):
 
 
 def test_closing_does_not_wait_for_the_rest(record):
-    resting = LatestWorker(record, record.errors.append, lambda: 1e6)
+    resting = LatestWorker(record, record.errors.append, lambda: (1e6, 0.0))
     resting.submit("first")
     assert resting.wait_until_idle(120)
     resting.submit("never")
@@ -133,7 +127,7 @@ def test_closing_does_not_wait_for_the_rest(record):
 
 
 def test_job_waits_until_no_newer_one_comes(record):
-    waiting = LatestWorker(record, record.errors.append, quiet_s=lambda: 0.3)
+    waiting = LatestWorker(record, record.errors.append, lambda: (0.0, 0.3))
     for job in range(5):
         waiting.submit(job)
         assert not waiting.wait_until_idle(0.1)
@@ -187,13 +181,6 @@ class Screen:
         self.ends += 1
 
 
-def until(check):
-    end = time.monotonic() + 60
-    while not check():
-        assert time.monotonic() < end
-        time.sleep(0.002)
-
-
 @pytest.fixture
 def screen():
     return Screen()
@@ -232,26 +219,16 @@ def begun(play, screen):
     return start
 
 
-def test_first_frame_is_shown_and_no_other(begun, screen):
-    player = begun(Numbers())
+def test_first_frame_is_shown_and_no_other_until_it_plays_to_the_end_in_order_and_again(begun, screen):
+    player = begun(Numbers(20))
     time.sleep(0.02)
     assert screen.shown == [0]
+    for times in (1, 2):
+        assert not player.is_playing
+        player.play()
+        until(lambda times=times: screen.ends == times)
+        assert screen.shown == times * [*range(20)]
     assert not player.is_playing
-
-
-def test_all_frames_are_shown_in_order_up_to_the_end(begun, screen):
-    player = begun(Numbers(20))
-    play_to_end(player, screen)
-    assert screen.shown == list(range(20))
-    assert not player.is_playing
-
-
-def test_from_the_end_it_begins_again(begun, screen):
-    player = begun(Numbers(3))
-    play_to_end(player, screen)
-    player.play()
-    until(lambda: screen.ends == 2)
-    assert screen.shown == [0, 1, 2, 0, 1, 2]
 
 
 def test_slow_screen_loses_no_frame(play, screen):
@@ -264,30 +241,14 @@ def test_slow_screen_loses_no_frame(play, screen):
     assert screen.shown == [0, 1, 2, 3, 4]
 
 
-def test_steps_pause_and_show_one_frame_each(begun, screen):
-    player = begun(Numbers())
-    for by, expected in ((1, 1), (1, 2), (-1, 1), (-5, 0)):
-        player.step(by)
-        until(lambda expected=expected: player.index == expected)
-    assert screen.shown == [0, 1, 2, 1, 0]
+def test_it_goes_where_it_is_told_or_to_the_nearest_end_and_plays_on_from_there(begun, screen):
+    player = begun(Numbers(20))
+    for wanted, expected in ((1000, 19), (-7, 0), (17, 17)):
+        player.go_to(wanted)
+        until(lambda expected=expected: screen.shown[-1] == expected)
     assert not player.is_playing
-
-
-def test_it_goes_where_it_is_told_and_plays_on_from_there(begun, screen):
-    player = begun(Numbers(20))
-    player.go_to(17)
-    until(lambda: screen.shown == [0, 17])
-    player.play()
-    until(lambda: screen.ends == 1)
-    assert screen.shown == [0, 17, 18, 19]
-
-
-def test_beyond_the_ends_it_goes_to_the_last_frame(begun, screen):
-    player = begun(Numbers(20))
-    player.go_to(1000)
-    until(lambda: player.index == 19)
-    player.go_to(-7)
-    until(lambda: player.index == 0)
+    play_to_end(player, screen)
+    assert screen.shown == [0, 19, 0, 17, 18, 19]
 
 
 @pytest.mark.slow

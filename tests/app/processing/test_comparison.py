@@ -7,16 +7,10 @@ from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import CancelledError, Progress
 from dockpose.app.processing.comparison import compare, compare_view, compared, sweep_levels
 from dockpose.app.state.parameters import put
-from dockpose.app.state.view import open_source
 from dockpose.app.web.panels.source import SAMPLE_WORDS
 from dockpose.pose.known import pose_error
 
 FOUR = ("otsu", "kapur", "kittler", "sezan")
-
-
-@pytest.fixture(scope="module")
-def view():
-    return open_source(None, None, None)
 
 
 def quiet():
@@ -38,29 +32,22 @@ def test_sweep_of_the_true_centre_is_the_best_of_three(view):
     level = present.threshold.level
     sweep = sweep_levels(view, present, quiet(), [level - 20, level, 255])
     assert sweep.reference == "the true centre"
+    assert np.isnan(sweep.errors_px[2]).all()  # nothing is found there
     _, ellipse, true = sweep.errors_px[1]
     assert true < 0.2
     assert ellipse > true
 
 
-def test_sweep_is_shown_as_it_grows(view):
-    grown = []
-    whole = sweep_levels(view, analyse(view).estimate, quiet(), [100, 120, 255], grown.append)
+def test_sweep_is_shown_as_it_grows_and_stops_at_the_next_step(view):
+    grown, progress = [], quiet()
+    whole = sweep_levels(view, analyse(view).estimate, progress, [100, 120, 255], grown.append)
     assert [one.levels.tolist() for one in grown] == [[100], [100, 120], [100, 120, 255]]
     for one in grown:
         np.testing.assert_array_equal(one.errors_px, whole.errors_px[: len(one.levels)])
-
-
-def test_stopped_sweep_keeps_what_it_has():
-    class Stopped(Progress):
-        def over(self, items):
-            yield from items[:2]
-            raise CancelledError
-
-    grown, view = [], open_source(None, None, None)
+    progress.stop()
     with pytest.raises(CancelledError):
-        sweep_levels(view, analyse(view).estimate, Stopped(lambda share: None), [100, 120, 255], grown.append)
-    assert len(grown[-1].levels) == 2
+        sweep_levels(view, analyse(view).estimate, progress, [100, 120, 255], grown.append)
+    assert len(grown) == 3
 
 
 def test_sweep_without_truth_is_measured_against_what_is_found(view):
@@ -70,20 +57,6 @@ def test_sweep_without_truth_is_measured_against_what_is_found(view):
     sweep = sweep_levels(unknown, present, quiet(), [present.threshold.level])
     assert sweep.errors_px[0, 2] == pytest.approx(0, abs=0.01)
     assert "present settings" in sweep.reference
-
-
-def test_sweep_that_finds_nothing(view):
-    sweep = sweep_levels(view, analyse(view).estimate, quiet(), [255])
-    assert np.isnan(sweep.errors_px).all()
-
-
-def test_progress_stops_at_the_next_step():
-    progress = quiet()
-    steps = progress.over([1, 2, 3])
-    assert next(steps) == 1
-    progress.stop()
-    with pytest.raises(CancelledError):
-        next(steps)
 
 
 @pytest.mark.parametrize(

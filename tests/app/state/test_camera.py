@@ -2,6 +2,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
+from dockpose.app.inputs.pictures import load_sample
 from dockpose.app.state import camera as optics
 from dockpose.app.state import view as state
 from dockpose.app.state.changes import chips, with_lights
@@ -25,7 +26,7 @@ def sample():
 
 @pytest.fixture
 def own(sample):
-    return with_upload(sample, PICTURE, "a.png")
+    return put(with_upload(sample, PICTURE, "a.png"), "min_area_px", 9)
 
 
 def do(view, change, *arguments):
@@ -42,19 +43,21 @@ def test_a_look_at_a_sample_never_touches_my_tank(own):
     for name in ("plain", "tilted", "flat_port"):
         look = do(own, with_sample, name)
         assert (look.tank, look.camera_of, look.dock_of) == (MINE, "picture", "picture")
+        assert (look.camera, look.sample, look.settings) == (load_sample(name).camera, name, own.settings)
         look = do(do(look, put, "fx", 555), put, "diameter_cm", 99)
         assert (look.camera.fx, look.tank) == (555, MINE)
         look = do(look, with_scene, look.scene)
         assert look.tank == MINE
         back = with_upload(look, PICTURE, "b.png")
         assert (back.camera, back.dock, optics.is_in_force(back)) == (CAMERA, MINE.dock, True)
+        assert (back.source, back.sample, back.truth, back.notes) == ("b.png", None, None, ())
 
 
 def test_what_is_changed_on_an_own_picture_is_my_tank_s(own):
-    changed = do(do(own, put, "fx", 900), put, "diameter_cm", 50)
+    changed = do(do(do(do(own, put, "fx", 900), put, "cy", 1), with_lights, 0), put, "diameter_cm", 50)
     assert (fx_of(changed.tank), changed.tank.dock.diameter, changed.tank.name) == (900, 0.5, "Pool A")
     back = do(changed, optics.with_given_values)
-    assert (back.tank, back.camera) == (MINE, CAMERA)
+    assert (back.tank, back.camera, back.dock) == (MINE, CAMERA, MINE.dock)
 
 
 def test_guessed_camera_is_the_operators_once_a_number_is_typed_and_its_note_goes(sample):
@@ -68,6 +71,7 @@ def test_guessed_camera_is_the_operators_once_a_number_is_typed_and_its_note_goe
 
 def test_defaults_are_an_assumption_that_my_tank_survives(own):
     view = do(own, optics.with_default_values)
+    assert (view.camera, view.dock) == (state.guess_camera(view.image), state.DEFAULT_DOCK)
     assert (view.tank, view.camera_of, view.dock_of) == (MINE, "guess", "guess")
     assert optics.in_force_words(view) == "In use here: an assumed camera and dock."
     back = do(view, optics.with_my_tank)
@@ -206,11 +210,3 @@ def test_port_needs_our_own_format_and_unknown_ones_are_refused(view):
         optics.camera_file(optics.with_port(view, True).camera, "ros")
     with pytest.raises(ValueError, match="file_format is"):
         optics.camera_file(view.camera, "../etc")
-
-
-def test_default_and_given_values(view):
-    back = optics.with_default_values(optics.with_port(put(view, "diameter_cm", 99), True))
-    assert (back.camera, back.dock) == (state.guess_camera(view.image), state.DEFAULT_DOCK)
-    changed = with_lights(put(put(view, "cy", 1), "diameter_cm", 99), 0)
-    back = optics.with_given_values(changed)
-    assert (back.camera, back.dock) == (view.camera, view.dock)

@@ -98,9 +98,3 @@ def test_scene_file_is_read_back_and_its_errors_name_the_file(view):
         read_sent(b"#" * 10**6, "mine.yaml", load_scene)
     with pytest.raises(ValueError, match=r"mine\.yaml"):
         read_sent(b"[" * 200_000, "mine.yaml", load_scene)
-
-
-def test_scene_that_cannot_be_rendered_raises_a_sentence(view):
-    far = with_psf(with_water(put(view, "z_cm", 2000), "harbour"), "hou")
-    with pytest.raises(ValueError, match="Hou"):
-        analyse(far)

@@ -9,7 +9,6 @@ from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import load_sample, sample_names, sample_path
 from dockpose.app.state import view as state
 from dockpose.app.state.camera import with_these_as_mine
-from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import with_scene
 from dockpose.app.state.view import MeasuredPose, number_text, typed_number
 from dockpose.camera.image import ImageError
@@ -52,25 +51,10 @@ def test_picture_of_unknown_camera_gets_a_guess_and_a_note(tmp_path):
     assert "400 x 300" in view.notes[0]
 
 
-def test_sample_brings_its_own_values_and_keeps_the_settings(view):
-    changed = put(put(view, "fx", 900), "min_area_px", 9)
-    tilted = state.with_sample(changed, "tilted")
-    assert tilted.camera == load_sample("tilted").camera
-    assert tilted.settings.min_area_px == 9
-    assert tilted.sample == "tilted"
-
-
 @pytest.mark.parametrize("name", ["", "../../etc/passwd", None, 3, ["plain"]])
 def test_unknown_sample_is_refused(view, name):
     with pytest.raises(ValueError, match="sample is"):
         state.with_sample(view, name)
-
-
-def test_upload_of_the_same_size_is_seen_with_my_tank(view):
-    changed = with_these_as_mine(put(put(view, "fx", 900), "diameter_cm", 45))
-    uploaded = state.with_upload(changed, png(640, 480), "a.png")
-    assert (uploaded.camera, uploaded.dock) == (changed.camera, changed.dock)
-    assert (uploaded.source, uploaded.sample, uploaded.truth, uploaded.notes) == ("a.png", None, None, ())
 
 
 def test_upload_at_half_size_scales_the_camera_and_one_of_another_shape_gets_a_guess_and_both_say_so(view):

@@ -10,7 +10,6 @@ from dockpose.app.web.server import start as opening
 from dockpose.app.web.server.start import PortBusyError
 from dockpose.app.web.server.viser_private import control
 from dockpose.thresholds import METHODS
-from viser import _messages as messages
 
 from tests.support.visitors import Visitor
 
@@ -66,11 +65,13 @@ def test_unknown_host_is_named():
         App(host="no.such.host.invalid")
 
 
-def test_no_browser_can_open_a_tunnel_or_upload_to_a_shared_control(app):
-    handlers = app.server._websock_server._incoming_handlers
-    assert not handlers.get(messages.ShareUrlRequest)
-    assert not handlers.get(messages.FileTransferStartUpload)
-    assert not handlers.get(messages.FileTransferPart)
+def test_of_what_a_browser_wishes_only_what_it_may_is_done(app, caplog):
+    with Visitor(app.address) as visitor:
+        assert visitor.until(lambda visitor: AREA in visitor.ids)
+        for number, level in ((5, '"x"'), (6, "1e999"), (7, "77,"), (8, "90")):
+            visitor.set("Done in the picture", f'{{"do":"level","number":{number},"level":{level}}}')
+        assert visitor.until(lambda visitor: app.view.settings.level == 90)
+    assert not caplog.records
 
 
 def test_change_is_worked_on_and_a_refused_one_keeps_the_view(app):
@@ -157,12 +158,15 @@ def test_notices_in_a_rush_are_one_text():
     assert together([str(number) for number in range(40)]) == "0 | 1 | 2 | 3 | 4 | (34 more) | 39"
 
 
-def test_scene_that_cannot_be_rendered_leaves_what_was_shown(app):
+def test_scene_that_cannot_be_rendered_is_told_and_leaves_what_was_shown(app, monkeypatch):
+    told = []
+    monkeypatch.setattr(app, "refuse", lambda error, client: told.append(str(error)))
     assert app.wait_until_idle(120)
     before = app.view
     far = put(before, "z_cm", 2000)
     app.change(lambda _: with_psf(with_water(far, "harbour"), "hou"))
     assert app.wait_until_idle(120)
+    assert "Hou" in told[0]
     assert app.view is before
 
 

@@ -36,8 +36,8 @@ class Browser:
             callback(self.camera)
 
     def sees(self, extent):
-        at = places.Viewpoint(self.camera.position, self.camera.look_at, self.camera.fov)
-        return places.shows(at, extent, self.camera.aspect)
+        camera = self.camera
+        return places.shows(places.Viewpoint(camera.position, camera.look_at, camera.fov, camera.aspect), extent)
 
 
 @pytest.fixture
@@ -128,6 +128,6 @@ def test_close_up_shows_the_docks_larger_than_the_whole(aspect):
     docks = docks_at(0.2, -0.1, 3)
     close = places.viewpoint(places.CLOSE_UP, docks, CAMERA, aspect)
     whole = places.viewpoint(places.OVERVIEW, with_camera(docks), CAMERA, aspect)
-    assert places.shows(close, docks, aspect)
+    assert places.shows(close, docks)
     distances = [np.linalg.norm(place.position - (0.2, -0.1, 3)) for place in (close, whole)]
     assert distances[0] < distances[1] / 2

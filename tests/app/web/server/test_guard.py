@@ -158,16 +158,21 @@ def test_every_start_has_its_own_token():
     assert len(Guard("127.0.0.1").token) >= 20
 
 
-def test_addresses_are_known_only_where_others_may_come():
+@pytest.mark.parametrize(
+    ("host", "names", "passes"),
+    [
+        ("127.0.0.1", ["192.168.0.9:8080"], False),
+        ("0.0.0.0", ["192.168.0.9:8080"], True),
+        ("0.0.0.0", ["[fe80::1]:8080"], True),
+        ("0.0.0.0", ["evil.example:8080"], False),
+        ("127.0.0.1", ["127.0.0.1", "127.0.0.1"], False),
+        ("127.0.0.1", [], False),
+    ],
+)
+def test_addresses_are_known_only_where_others_may_come_and_one_at_a_time(host, names, passes):
     """A name may be rebound to this machine by anyone; a bare address cannot."""
-    for host, name, passes in [
-        ("127.0.0.1", "192.168.0.9:8080", False),
-        ("0.0.0.0", "192.168.0.9:8080", True),
-        ("0.0.0.0", "[fe80::1]:8080", True),
-        ("0.0.0.0", "evil.example:8080", False),
-    ]:
-        guard = Guard(host, token="t")
-        assert (guard.refusal(Headers({"Host": name}), "/?token=t") is None) is passes
+    headers = Headers([("Host", name) for name in names])
+    assert (Guard(host, token="t").refusal(headers, "/?token=t") is None) is passes
 
 
 def test_proxy_with_its_own_name():
@@ -176,13 +181,6 @@ def test_proxy_with_its_own_name():
     assert guard.refusal(headers, "/") is None
     assert guard.cookie(headers, "/").startswith("dockpose=t;")
     assert cookie_name("127.0.0.1:8080") == "dockpose_8080"
-
-
-def test_two_hosts_or_origins_in_one_request_are_refused():
-    guard = Guard("127.0.0.1", token="t")
-    twice = Headers([("Host", "127.0.0.1"), ("Host", "127.0.0.1")])
-    assert guard.refusal(twice, "/?token=t") is not None
-    assert guard.refusal(Headers(), "/?token=t") is not None
 
 
 def test_viewers_may_look_and_are_told_apart():

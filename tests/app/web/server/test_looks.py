@@ -25,6 +25,6 @@ def test_each_frame_is_shown_while_none_follows_by_itself_and_else_no_more_than_
 
 def test_scene_is_hidden_only_without_a_graphics_card_and_while_playing_altogether():
     fast, slow, still = (pacing(*one, Clock()) for one in ((False, True), (True, True), (True, False)))
-    assert (fast.drawing_rest_s(), fast.hides_scene()) == (0, False)
+    assert (fast.drawing_pauses_s(), fast.hides_scene()) == ((0, 0), False)
     assert (slow.hides_scene(), still.hides_scene()) == (True, False)
-    assert still.drawing_rest_s() > 0.25
+    assert still.drawing_pauses_s()[0] > 0.25

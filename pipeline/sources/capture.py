@@ -1,6 +1,7 @@
 """What cameras are asked for, OpenCV's cameras without their messages, and streams without delay."""
 
 import abc
+import errno
 import os
 import sys
 import time
@@ -12,7 +13,7 @@ from typing import Any
 import av
 import cv2
 import numpy as np
-from av.error import FFmpegError
+from av.error import FFmpegError, HTTPNotFoundError, HTTPUnauthorizedError
 from dockpose.sources.ffmpeg import opened, picture_of
 from dockpose.sources.frames import SourceError
 
@@ -203,6 +204,12 @@ class Camera(Capture):
 # Frames are neither queued nor waited for, and the format is recognised from half a second of them rather than five.
 # FFmpeg's RTSP loses frames over UDP without a word.
 _OPTIONS = {"fflags": "nobuffer", "flags": "low_delay", "analyzeduration": "500000", "rtsp_transport": "tcp"}
+_NO_VIDEO = "nothing answers there, or what answers is not a video"
+_REFUSED: dict[Any, str] = {  # by FFmpeg's error or its number
+    errno.EPROTONOSUPPORT: "the server does not send RTP over TCP; over UDP frames would be lost without a word",
+    HTTPNotFoundError: "the server has no such stream",
+    HTTPUnauthorizedError: "the server asks for a name and a password, as in rtsp://NAME:PASSWORD@HOST",
+}
 _YEAR_2000_S = 946_684_800  # an earlier clock was never set
 # Formats whose frames carry the sender's clock; for others, FFmpeg makes times up from a frame rate.
 _WITH_CLOCK = {"rtsp", "rtp", "sdp", "mpegts", "flv", "live_flv", "hls"}
@@ -222,7 +229,7 @@ class StreamCapture(Capture):
         except (FFmpegError, OSError, ValueError) as error:
             if time.monotonic() - start_s >= 0.9 * timeout_s:
                 raise SourceError(f"{address}: does not answer within {timeout_s:g} s") from error
-            what = "nothing answers there, or what answers is not a video"
+            what = _REFUSED.get(type(error), _REFUSED.get(getattr(error, "errno", None), _NO_VIDEO))
             raise SourceError(f"{address}: cannot be opened: {what}") from error
         self._stream = self._container.streams.video[0]
         self._stream.codec_context.thread_count = 1

@@ -1,5 +1,6 @@
 # pyright: reportArgumentType=false
 
+import socketserver
 import threading
 import time
 from pathlib import Path
@@ -325,6 +326,44 @@ def test_a_stream_that_never_answers_has_a_time_limit():
         assert time.monotonic() - start_s < 5
     with pytest.raises(SourceError, match="nothing answers there"):
         open_frames(server.address, timeout_s=5)
+
+
+_SDP = "v=0\r\ns=x\r\nt=0 0\r\nm=video 0 RTP/AVP 96\r\na=rtpmap:96 H264/90000\r\na=control:track1\r\n"
+
+
+class RefusingRtsp(socketserver.StreamRequestHandler):
+    """Describes a stream, or answers with another status, and can set up none over TCP."""
+
+    describe = "200 OK"
+
+    def handle(self):
+        while first := self.rfile.readline():
+            headers = list(iter(self.rfile.readline, b"\r\n"))
+            (number,) = (line.decode().strip() for line in headers if line.lower().startswith(b"cseq"))
+            status = {b"DESCRIBE": self.describe, b"SETUP": "461 Unsupported Transport"}.get(first.split()[0], "200 OK")
+            body = _SDP if first.startswith(b"DESCRIBE") and status == "200 OK" else ""
+            kind = f"Content-Type: application/sdp\r\nContent-Length: {len(body)}\r\n" if body else ""
+            self.wfile.write(f"RTSP/1.0 {status}\r\n{number}\r\n{kind}\r\n{body}".encode())
+
+
+@pytest.mark.parametrize(
+    ("describe", "said"),
+    [
+        ("200 OK", "does not send RTP over TCP"),
+        ("404 Not Found", "has no such stream"),
+        ('401 Unauthorized\r\nWWW-Authenticate: Basic realm="tank"', "a name and a password"),
+        ("500 Internal Server Error", "what answers is not a video"),
+    ],
+)
+def test_an_rtsp_server_that_refuses_is_told_by_its_reason(describe, said):
+    handler = type("Refusing", (RefusingRtsp,), {"describe": describe})
+    with socketserver.ThreadingTCPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        try:
+            with pytest.raises(SourceError, match=said):
+                open_frames(f"rtsp://127.0.0.1:{server.server_address[1]}/tank")
+        finally:
+            server.shutdown()
 
 
 def test_pictures_may_be_given_as_paths(tmp_path):

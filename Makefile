@@ -129,7 +129,7 @@ newcomer: $(VENV)/.test
 
 # The licences of all that is brought along, and their versions for pip-audit.
 licences: $(VENV)/.installed
-	$(PIP) --editable ".[cluster,completion,mavlink,ros,rerun]" packaging
+	$(PIP) --editable ".[all]" packaging
 	$(BIN)/python .ci/licences.py
 	mkdir -p build && $(BIN)/python -m pip freeze --exclude-editable > build/versions.txt
 

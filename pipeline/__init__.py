@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from dockpose.tracking.tracker import Track, Tracked, Tracker
     from dockpose.vehicle import BodyPose, Mount, Vehicle, load_vehicle
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 __all__ = [
     "BodyPose",

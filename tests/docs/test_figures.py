@@ -3,6 +3,7 @@
 import html
 import re
 
+import dockpose
 import pytest
 
 from tests.docs.pages import DOCS, ROOT
@@ -23,6 +24,13 @@ def rows_of(name):
 
 def plain(text):
     return re.sub(r"\s+", " ", html.unescape(re.sub(r"<[^>]+>", "", text))).strip()
+
+
+def test_the_version_is_the_same_everywhere():
+    assert f"pip install dockpose-{dockpose.__version__}-py3-none-any.whl" in README
+    assert f"\nversion: {dockpose.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.findall(r"^## \[(\d.*?)\]", changes, re.MULTILINE)[0] == dockpose.__version__
 
 
 def told_in(pattern, text):

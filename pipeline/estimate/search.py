@@ -19,7 +19,7 @@ from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, LEAST_PX
 from dockpose.lights.colours import tell_colours
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
 from dockpose.lights.growing import distances
-from dockpose.lights.markers import Markers, find_markers
+from dockpose.lights.markers import Markers, find_markers, with_fitted_centres
 from dockpose.lights.region import markers_in_whole, ring_in, threshold_in_whole
 from dockpose.lights.ring import Ring
 from dockpose.pixels.bright import SATURATED
@@ -206,8 +206,8 @@ def _find_lights(
         stages: dict[str, Any] = {"threshold": threshold, "markers": markers}
     else:
         stages = {"threshold": threshold_in_whole(threshold, picture.part, picture.width)}
-        light, white = picture.light
-        markers = find_markers(light, picture.histogram, threshold, settings.min_area_px, settings.centroid, white)
+        light, _ = picture.light
+        markers = find_markers(light, picture.histogram, threshold, settings.min_area_px, settings.centroid)
         markers = stages["markers"] = markers_in_whole(markers, picture.part)
     if len(markers) == 0 and markers.dropped:
         small = f"all {markers.dropped} groups at level {threshold.level} are below {settings.min_area_px} pixels"
@@ -233,6 +233,8 @@ def _find_lights(
     stages["ring"] = ring
     if not ring.found:
         return "not_a_ring", ring.reason, stages
+    if settings.centroid == "grey" and (like is None or ring is not like.ring):
+        stages["markers"] = with_fitted_centres(markers, ring.on_ring, *picture.light, picture.part[:2])
     return "ok", "", stages
 
 

@@ -10,7 +10,7 @@ from dockpose import Camera, Dock
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.pose.choice import choose_by_spacing
 from dockpose.pose.circle import circle_poses, rotation_from_angles
-from dockpose.pose.refine import angles_on_planes, light_rays, refine
+from dockpose.pose.refine import angles_on_planes, light_rays, refine, weigh
 from dockpose.pose.uncertainty import LIKELY_NOISE_PX, deviations, log_evidence, log_odds, nearer, noise_px
 
 from tests.support.scenes import CAMERA
@@ -164,3 +164,29 @@ def test_deviations_agree_with_errors_whatever_the_roll():
         poses = circle_poses(fit_ellipse(points), CAMERA, DOCK.diameter)
         sigmas.append(choose_by_spacing(poses, points, CAMERA, DOCK).candidates[0].sigma_theta_rad)
     assert sigmas[0] == pytest.approx(sigmas[1], rel=0.02)
+
+
+def test_a_light_that_its_covariance_calls_poor_counts_less():
+    points, _, _ = seen((0.1, -0.05, 1.2), 0.3, 0.5, noise_px=0.02)
+    points[3] += [0.6, -0.5]
+    known = np.tile(0.02**2 * np.eye(2), (10, 1, 1))
+    known[3] = 0.5**2 * np.eye(2)
+    poses = circle_poses(fit_ellipse(points), CAMERA, DOCK.diameter)
+    plain, weighed = (choose_by_spacing(poses, points, CAMERA, DOCK, None, each) for each in (None, known))
+    off = [np.linalg.norm(choice.candidates[0].position_m - [0.1, -0.05, 1.2]) for choice in (plain, weighed)]
+    assert off[1] < 0.3 * off[0]
+    assert weighed.candidates[0].sigma_position_m[2] < 0.5 * plain.candidates[0].sigma_position_m[2]
+
+
+def test_lights_out_of_place_are_weighed_alike_and_none_is_better_than_its_picture():
+    points, _, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5, noise_px=0.5)
+    known = np.array([(0.01 if light % 2 else 0.05) ** 2 * np.eye(2) for light in range(10)])
+    rays, R = light_rays(points, CAMERA), rotation_from_angles(0.3, 0.5)
+    fit = refine(R[None], np.array([[0.1, -0.05, 1.2]]), angles[None], DOCK.radius, rays)
+    same, noise = weigh(rays, known, fit, 0, angles, DOCK.radius)
+    assert same is rays
+    assert noise == pytest.approx(math.sqrt(2 / (1 / 0.01**2 + 1 / 0.05**2)))
+    exact, _, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5)
+    poses = circle_poses(fit_ellipse(exact), CAMERA, DOCK.diameter)
+    told = [choose_by_spacing(poses, exact, CAMERA, DOCK, None, scale * known).candidates[0] for scale in (1, 100)]
+    assert told[1].sigma_position_m[2] == pytest.approx(10 * told[0].sigma_position_m[2], rel=0.05)

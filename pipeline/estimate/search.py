@@ -200,9 +200,10 @@ def _find_lights(
     looks: Sequence[_Found],
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages from the threshold to the ring."""
-    like = picture.like
+    like, ring = picture.like, None
     if like is not None and like.markers is not None and threshold is like.threshold:
-        markers = like.markers
+        ring = _ring_of(like, camera, dock)
+        markers = like.markers.unfitted if ring is None else like.markers
         stages: dict[str, Any] = {"threshold": threshold, "markers": markers}
     else:
         stages = {"threshold": threshold_in_whole(threshold, picture.part, picture.width)}
@@ -226,14 +227,14 @@ def _find_lights(
     same = next((one for one in looks if one.has_no_ring_in(markers)), None)
     if same is not None:
         return same.status, same.message, stages | {"ring": same.stages["ring"]}
-    ring = None if like is None or markers is not like.markers else _ring_of(like, camera, dock)
+    is_new = ring is None
     if ring is None:
         points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
         ring = ring_in(points_px, markers, camera, dock, picture.part, of_few=of_few)
     stages["ring"] = ring
     if not ring.found:
         return "not_a_ring", ring.reason, stages
-    if settings.centroid == "grey" and (like is None or ring is not like.ring):
+    if settings.centroid == "grey" and is_new:
         stages["markers"] = with_fitted_centres(markers, ring.on_ring, *picture.light, picture.part[:2])
     return "ok", "", stages
 

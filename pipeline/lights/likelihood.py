@@ -74,6 +74,7 @@ def _fit(pixels: np.ndarray, white: float, centre: np.ndarray, covariance: np.nd
     odd[0], odd[1] = x0, y0
     A, right, E = np.empty((6, 6)), np.empty((6, 1)), np.empty((6, 6))
     is_sloped = radius > _SLOPED_PX and shape[0] < white
+    step, noise = np.zeros((4, 3)), 0.0
     for turn in range(_ROUNDS):
         squares, used = _sums(pixels, white, shape, odd, A, right, E, even)
         if used < _LEAST_PIXELS or A[0, 0] <= 0 or A[1, 1] <= 0:

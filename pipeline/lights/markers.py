@@ -41,8 +41,9 @@ class Markers:
     # (N, 4): left, top, right and bottom pixel of each
     boxes_px: np.ndarray = field(default_factory=lambda: np.empty((0, 4), dtype=int))
     left_out: int = 0  # how many groups of at least the minimum area are not among these, since there were too many
-    # (N, 2, 2): of the centres that were fitted, NaN of others; None where none was
+    # (N, 2, 2) of the centres that were fitted, NaN of others, and (N, 2) where all were before; None where none was
     covariances_px2: np.ndarray | None = None
+    centroids_px: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.points_px)
@@ -52,11 +53,17 @@ class Markers:
         """How many groups of at least the minimum area there are in all."""
         return len(self) + self.left_out
 
+    @property
+    def unfitted(self) -> Markers:
+        """The groups as a threshold shows them, before any of their centres was fitted."""
+        if self.centroids_px is None:
+            return self
+        return replace(self, points_px=self.centroids_px, covariances_px2=None, centroids_px=None)
+
     def part(self, chosen: np.ndarray) -> Markers:
         """Return the groups that are chosen by a flag (N,) for each."""
-        parts = {name: getattr(self, name)[chosen] for name in ("points_px", "areas_px", "peaks", "boxes_px")}
-        known = self.covariances_px2
-        return replace(self, **parts, covariances_px2=None if known is None else known[chosen])
+        every = {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        return replace(self, **{name: value[chosen] for name, value in every.items()})
 
 
 def find_markers(
@@ -200,4 +207,4 @@ def with_fitted_centres(
     reach = np.where(chosen, _reach(markers.boxes_px), 0)
     found, known = fitted_centres(grey, near, np.where(reach < _MOST_REACH_PX, reach, 0), float(white))
     points[chosen], covariances[chosen] = found[chosen] + corner_px, known[chosen]
-    return replace(markers, points_px=points, covariances_px2=covariances)
+    return replace(markers, points_px=points, covariances_px2=covariances, centroids_px=markers.points_px)

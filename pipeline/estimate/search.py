@@ -19,7 +19,7 @@ from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, LEAST_PX
 from dockpose.lights.colours import tell_colours
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
 from dockpose.lights.growing import distances
-from dockpose.lights.markers import Markers, find_markers
+from dockpose.lights.markers import Markers, find_markers, with_fitted_centres
 from dockpose.lights.region import markers_in_whole, ring_in, threshold_in_whole
 from dockpose.lights.ring import Ring
 from dockpose.pixels.bright import SATURATED
@@ -200,14 +200,15 @@ def _find_lights(
     looks: Sequence[_Found],
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages from the threshold to the ring."""
-    like = picture.like
+    like, ring = picture.like, None
     if like is not None and like.markers is not None and threshold is like.threshold:
-        markers = like.markers
+        ring = _ring_of(like, camera, dock)
+        markers = like.markers.unfitted if ring is None else like.markers
         stages: dict[str, Any] = {"threshold": threshold, "markers": markers}
     else:
         stages = {"threshold": threshold_in_whole(threshold, picture.part, picture.width)}
-        light, white = picture.light
-        markers = find_markers(light, picture.histogram, threshold, settings.min_area_px, settings.centroid, white)
+        light, _ = picture.light
+        markers = find_markers(light, picture.histogram, threshold, settings.min_area_px, settings.centroid)
         markers = stages["markers"] = markers_in_whole(markers, picture.part)
     if len(markers) == 0 and markers.dropped:
         small = f"all {markers.dropped} groups at level {threshold.level} are below {settings.min_area_px} pixels"
@@ -226,13 +227,15 @@ def _find_lights(
     same = next((one for one in looks if one.has_no_ring_in(markers)), None)
     if same is not None:
         return same.status, same.message, stages | {"ring": same.stages["ring"]}
-    ring = None if like is None or markers is not like.markers else _ring_of(like, camera, dock)
+    is_new = ring is None
     if ring is None:
         points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
         ring = ring_in(points_px, markers, camera, dock, picture.part, of_few=of_few)
     stages["ring"] = ring
     if not ring.found:
         return "not_a_ring", ring.reason, stages
+    if settings.centroid == "grey" and is_new:
+        stages["markers"] = with_fitted_centres(markers, ring.on_ring, *picture.light, picture.part[:2])
     return "ok", "", stages
 
 

@@ -10,11 +10,6 @@ _NEIGHBOURS = 2  # lights that may share a light's window
 # edge of the window cuts. Water, as the halos of other lights, rises by no more than the largest share, and goes on by
 # this share of its slope so many pixels farther out. Another light so near, in half windows, has a flank there.
 _SMALL_RISE, _LARGEST_RISE, _WIDER_PX, _GOES_ON, _CROWDED = 0.05, 0.4, 2, 0.5, 1.5
-# A lamp so large, nowhere white and so clear (its height squared, in variances of its levels) has an outline and its
-# own slope. The slope is told within a share of its radius, as far as it exceeds so many variances, in so many rounds;
-# the weights end at a share of the height.
-_LEAST_RADIUS_PX, _CLEAR = 4.0, 400.0
-_INSIDE, _SURE, _ROUNDS, _CAP = 0.6, 4.0, 2, 0.85
 _NORMAL = 0.886  # standard deviation of normal numbers over the mean absolute difference of two of them, sqrt(pi) / 2
 
 
@@ -28,43 +23,30 @@ class _Plane(NamedTuple):
 
 
 @compiled
-def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, foot: float, white: float) -> np.ndarray:
+def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, foot: float) -> np.ndarray:
     """Grey-weighted centroids (N, 2) of lights near points (N, 2), above water and ``foot`` of their height."""
     centres = points.copy()
     for light in range(len(points)):
         column, row = int(np.rint(points[light, 0])), int(np.rint(points[light, 1]))
         far = reach[light]
-        window = top, bottom, left, right = _window(grey, row, column, far)
-        water = _median_along_edge(grey, top, bottom, left, right)
-        beside = _nearest(points, light, 3.0 * far)
+        window = top, bottom, left, right = window_at(grey, row, column, far)
+        water = median_along_edge(grey, top, bottom, left, right)
+        beside = nearest(points, light, 3.0 * far)
         slope_x, slope_y = _slopes(grey, points, light, beside, window)
         middle = (left + right) / 2, (top + bottom) / 2
-        inner = _brightest(grey, _window(grey, row, column, 1))
+        inner = brightest(grey, window_at(grey, row, column, 1))
         height = inner - water
         rise = max(abs(slope_x) * (right - left), abs(slope_y) * (bottom - top))
         if rise > _SMALL_RISE * height:
-            wider = _window(grey, row, column, far + _WIDER_PX)
+            wider = window_at(grey, row, column, far + _WIDER_PX)
             beyond_x, beyond_y = _slopes(grey, points, light, beside, wider)
-            is_water = rise < _LARGEST_RISE * height and _nearest(points, light, _CROWDED * far)[0] < 0
+            is_water = rise < _LARGEST_RISE * height and nearest(points, light, _CROWDED * far)[0] < 0
             slope_x = _going_on(slope_x, beyond_x) if is_water else 0.0
             slope_y = _going_on(slope_y, beyond_y) if is_water else 0.0
         of_water = _Plane(water, slope_x, slope_y, middle)
-        own = _Plane(float(height), 0.0, 0.0, middle)
-        total, x, y = _centroid(grey, points, light, beside, window, of_water, own, foot, 1.0)
-        radius = np.sqrt(total / ((1 - foot) * max(height, 1e-9)) / np.pi)
-        if total <= 0:
-            continue
-        if inner < white and radius > _LEAST_RADIUS_PX:
-            # A lamp that one side sees brighter, as by vignetting, is no farther to that side.
-            for _ in range(_ROUNDS):
-                own, variance = _plane_inside(grey, (x, y), _INSIDE * radius, of_water)
-                if height * height < _CLEAR * variance:
-                    break
-                total, x_again, y_again = _centroid(grey, points, light, beside, window, of_water, own, foot, _CAP)
-                if total <= 0:  # the light is dark inside
-                    break
-                x, y = x_again, y_again
-        centres[light, 0], centres[light, 1] = x, y
+        x, y = _centroid(grey, points, light, beside, window, of_water, foot * height)
+        if np.isfinite(x):
+            centres[light, 0], centres[light, 1] = x, y
     return centres
 
 
@@ -76,65 +58,32 @@ def _centroid(
     beside: np.ndarray,
     window: tuple[int, int, int, int],
     water: _Plane,
-    height: _Plane,
     foot: float,
-    cap: float,
-) -> tuple[float, float, float]:
-    """Sum of the weights and their centroid; a weight is the share of the light's height between foot and cap."""
+) -> tuple[float, float]:
+    """Centroid of what is brighter than the water by so many levels; NaN where nothing is."""
     top, bottom, left, right = window
     total, sum_x, sum_y = 0.0, 0.0, 0.0
     for y in range(top, bottom + 1):
         for x in range(left, right + 1):
-            own = height.at + height.slope_x * (x - height.middle[0]) + height.slope_y * (y - height.middle[1])
             base = water.at + water.slope_x * (x - water.middle[0]) + water.slope_y * (y - water.middle[1])
-            weight = grey[y, x] - base - foot * own
-            if weight > 0 and own > 0 and _is_nearest(points, light, beside, x, y):
-                weight = min(weight, (cap - foot) * own) * (height.at / own)
+            weight = grey[y, x] - base - foot
+            if weight > 0 and is_nearest(points, light, beside, x, y):
                 total += weight
                 sum_x += weight * x
                 sum_y += weight * y
-    if total <= 0:
-        return 0.0, 0.0, 0.0
-    return total, sum_x / total, sum_y / total
+    return sum_x / total, sum_y / total
 
 
 @compiled
-def _plane_inside(grey: np.ndarray, centre: tuple[float, float], radius: float, water: _Plane) -> tuple[_Plane, float]:
-    """The plane through a light's own levels within a radius of its centre, and their variance about it."""
-    top, bottom = max(0, int(np.ceil(centre[1] - radius))), min(grey.shape[0] - 1, int(centre[1] + radius))
-    left, right = max(0, int(np.ceil(centre[0] - radius))), min(grey.shape[1] - 1, int(centre[0] + radius))
-    sums = np.zeros(9)  # of 1, x, y, the level, and products of these
-    for y in range(top, bottom + 1):
-        for x in range(left, right + 1):
-            dx, dy = x - centre[0], y - centre[1]
-            if dx * dx + dy * dy > radius * radius:
-                continue
-            base = water.at + water.slope_x * (x - water.middle[0]) + water.slope_y * (y - water.middle[1])
-            level = grey[y, x] - base
-            terms = (1.0, dx, dy, level, dx * dx, dy * dy, dx * level, dy * level, level * level)
-            for number, term in enumerate(terms):
-                sums[number] += term
-    means = sums.copy()
-    for number in range(len(sums)):
-        means[number] /= sums[0]
-    spread_x, spread_y = max(means[4] - means[1] ** 2, 1e-9), max(means[5] - means[2] ** 2, 1e-9)
-    slope_x = (means[6] - means[1] * means[3]) / spread_x
-    slope_y = (means[7] - means[2] * means[3]) / spread_y
-    rest = max(0.0, means[8] - means[3] ** 2 - slope_x**2 * spread_x - slope_y**2 * spread_y)
-    slope_x = _beyond_noise(slope_x, _SURE * rest / (sums[0] * spread_x))
-    slope_y = _beyond_noise(slope_y, _SURE * rest / (sums[0] * spread_y))
-    return _Plane(means[3] - slope_x * means[1] - slope_y * means[2], slope_x, slope_y, centre), rest
-
-
-@compiled
-def _window(grey: np.ndarray, row: int, column: int, far: int) -> tuple[int, int, int, int]:
+def window_at(grey: np.ndarray, row: int, column: int, far: int) -> tuple[int, int, int, int]:
     """First and last row, first and last column of what of a picture is so near to a pixel."""
     height, width = grey.shape
     return max(0, row - far), min(height - 1, row + far), max(0, column - far), min(width - 1, column + far)
 
 
 @compiled
-def _brightest(grey: np.ndarray, window: tuple[int, int, int, int]) -> float:
+def brightest(grey: np.ndarray, window: tuple[int, int, int, int]) -> float:
+    """Return the highest level within a window."""
     top, bottom, left, right = window
     most = grey[top, left]
     for y in range(top, bottom + 1):
@@ -144,7 +93,8 @@ def _brightest(grey: np.ndarray, window: tuple[int, int, int, int]) -> float:
 
 
 @compiled
-def _median_along_edge(grey: np.ndarray, top: int, bottom: int, left: int, right: int) -> float:
+def median_along_edge(grey: np.ndarray, top: int, bottom: int, left: int, right: int) -> float:
+    """Return the median level of a window's first and last rows and columns."""
     values = np.empty(2 * (right - left + 1) + 2 * (bottom - top + 1))
     count = 0
     for x in range(left, right + 1):
@@ -195,12 +145,12 @@ def _slopes(
     count = np.zeros(4, np.int64)
     for y in range(top, bottom + 1):
         for side, x in enumerate((left, right)):
-            if _is_nearest(points, light, beside, x, y):
+            if is_nearest(points, light, beside, x, y):
                 edges[side, count[side]] = grey[y, x]
                 count[side] += 1
     for x in range(left, right + 1):
         for side, y in enumerate((top, bottom)):
-            if _is_nearest(points, light, beside, x, y):
+            if is_nearest(points, light, beside, x, y):
                 edges[side + 2, count[side + 2]] = grey[y, x]
                 count[side + 2] += 1
     slope_x, slope_y = 0.0, 0.0
@@ -239,7 +189,7 @@ def _beyond_noise(value: float, variance: float) -> float:
 
 
 @compiled
-def _nearest(points: np.ndarray, light: int, within: float) -> np.ndarray:
+def nearest(points: np.ndarray, light: int, within: float) -> np.ndarray:
     """Indices of the nearest other points, -1 for none."""
     found = np.full(_NEIGHBOURS, -1)
     distance = np.full(_NEIGHBOURS, within)
@@ -257,10 +207,11 @@ def _nearest(points: np.ndarray, light: int, within: float) -> np.ndarray:
 
 
 @compiled
-def _is_nearest(points: np.ndarray, light: int, beside: np.ndarray, x: int, y: int) -> bool:
+def is_nearest(points: np.ndarray, light: int, beside: np.ndarray, x: int, y: int) -> bool:
+    """Whether a light is no farther from a pixel than those beside it."""
     least = (points[light, 0] - x) ** 2 + (points[light, 1] - y) ** 2
-    nearest = True
+    is_so = True
     for other in beside:
         if other >= 0 and (points[other, 0] - x) ** 2 + (points[other, 1] - y) ** 2 < least:
-            nearest = False
-    return nearest
+            is_so = False
+    return is_so

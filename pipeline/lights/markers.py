@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import cv2
 import numpy as np
 from dockpose.lights.centroids import weighted_centres
+from dockpose.lights.likelihood import fitted_centres
 from dockpose.pixels.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups, coarsen, squares_of
 from dockpose.pixels.flood import LEVELS, group_shapes, outline
 from dockpose.thresholds.histogram import Histogram, Threshold
@@ -40,6 +41,9 @@ class Markers:
     # (N, 4): left, top, right and bottom pixel of each
     boxes_px: np.ndarray = field(default_factory=lambda: np.empty((0, 4), dtype=int))
     left_out: int = 0  # how many groups of at least the minimum area are not among these, since there were too many
+    # (N, 2, 2) of the centres that were fitted, NaN of others, and (N, 2) where all were before; None where none was
+    covariances_px2: np.ndarray | None = None
+    centroids_px: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.points_px)
@@ -49,10 +53,17 @@ class Markers:
         """How many groups of at least the minimum area there are in all."""
         return len(self) + self.left_out
 
+    @property
+    def unfitted(self) -> Markers:
+        """The groups as a threshold shows them, before any of their centres was fitted."""
+        if self.centroids_px is None:
+            return self
+        return replace(self, points_px=self.centroids_px, covariances_px2=None, centroids_px=None)
+
     def part(self, chosen: np.ndarray) -> Markers:
         """Return the groups that are chosen by a flag (N,) for each."""
-        parts = {name: getattr(self, name)[chosen] for name in ("points_px", "areas_px", "peaks", "boxes_px")}
-        return replace(self, **parts)
+        every = {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        return replace(self, **{name: value[chosen] for name, value in every.items()})
 
 
 def find_markers(
@@ -61,9 +72,8 @@ def find_markers(
     threshold: Threshold,
     min_area_px: int,
     centroid: str = "grey",
-    white: float | None = None,
 ) -> Markers:
-    """Find the groups that a threshold keeps; weigh their centres in ``grey`` (H, W), saturated from ``white`` on."""
+    """Find the groups that a threshold keeps, and weigh their centres in ``grey`` (H, W)."""
     if threshold.leaves_glare:
         histogram = histogram.without_glare
     groups = threshold.groups or _groups(histogram, threshold.level)
@@ -84,8 +94,7 @@ def find_markers(
         is_large = size > _MOST_REACH_PX
         is_flat = (areas >= _LEAST_FLAT_PX) & ((saturated >= _FLAT_SHARE * areas) | is_large)
         flat = _flat_centres(groups, areas, is_flat, is_large, points, histogram.levels.shape[0])
-        white = SATURATED * histogram.native_step if white is None else white
-        points = np.where(np.isnan(flat[kept]), grey_centres(grey, boxes[kept], points[kept], white), flat[kept])
+        points = np.where(np.isnan(flat[kept]), grey_centres(grey, boxes[kept], points[kept]), flat[kept])
     else:
         points = points[kept]
     boxes = boxes[kept]
@@ -177,9 +186,25 @@ def _flat_centres(
     return centres
 
 
-def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray, white: float = SATURATED) -> np.ndarray:
+def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray) -> np.ndarray:
     """Centres (N, 2) of lights in boxes (N, 4), by the grey values that stand out of the water around them."""
+    return weighted_centres(grey, points_px, _reach(boxes), _FOOT)
+
+
+def _reach(boxes: np.ndarray) -> np.ndarray:
+    """How many pixels (N,) to each side of a light are its window, by its box (N, 4)."""
     size = np.maximum(boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]) + 1
     half = (size + 1) // 2
-    reach = np.minimum(half + np.maximum(_LEAST_REACH_PX, half), _MOST_REACH_PX)
-    return weighted_centres(grey, points_px, reach, _FOOT, float(white))
+    return np.minimum(half + np.maximum(_LEAST_REACH_PX, half), _MOST_REACH_PX)
+
+
+def with_fitted_centres(
+    markers: Markers, chosen: np.ndarray, grey: np.ndarray, white: float, corner_px: tuple[int, int] = (0, 0)
+) -> Markers:
+    """Fit the centres of those chosen by a flag (N,) in a part of the picture (H, W), saturated from ``white`` on."""
+    points, covariances = markers.points_px.copy(), np.full((len(markers), 2, 2), np.nan)
+    near = points - corner_px
+    reach = np.where(chosen, _reach(markers.boxes_px), 0)
+    found, known = fitted_centres(grey, near, np.where(reach < _MOST_REACH_PX, reach, 0), float(white))
+    points[chosen], covariances[chosen] = found[chosen] + corner_px, known[chosen]
+    return replace(markers, points_px=points, covariances_px2=covariances, centroids_px=markers.points_px)

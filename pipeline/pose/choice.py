@@ -9,7 +9,7 @@ from dockpose.camera.camera import Camera
 from dockpose.compiled import compiled
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, angles_of
-from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at
+from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at, weigh
 from dockpose.pose.uncertainty import PoseErrors, SharedErrors, deviations, log_odds, nearer, noise_px
 
 DECIDED = 0.95  # the choice counts as decided from this probability on
@@ -74,6 +74,7 @@ def choose_by_spacing(
     camera: Camera,
     dock: Dock,
     labels: Sequence[str | None] | None = None,
+    covariances_px2: np.ndarray | None = None,
 ) -> Choice:
     """Refine both candidates, and choose the one on which lights at points (N, 2) are spaced as they should be."""
     rays = light_rays(points_px, camera, float(poses[0].position_m[2]))
@@ -86,6 +87,15 @@ def choose_by_spacing(
     fit = refine(R, t, placement.angles_rad, dock.radius, rays)
     if dock.offsets_m:
         fit, placement = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
+    least_px = 0.0
+    if covariances_px2 is not None:
+        best, offsets = int(np.argmin(fit.squares_px2)), None
+        if dock.offsets_m:
+            offsets = offsets_of(dock, placement.lights, placement.rolls_rad)
+        weighed, least_px = weigh(rays, covariances_px2, fit, best, placement.angles_rad[best], dock.radius, offsets)
+        if weighed is not rays:
+            rays = weighed
+            fit = refine(fit.rotations, fit.positions_m, placement.angles_rad, dock.radius, rays, offsets)
     fit = _apart(fit, R, t, placement, dock, rays)
     squares, fits = fit.squares_px2, np.array(placement.fits)  # by those that do not fit, a pose has no chance
     squares = np.where(fits, squares, np.maximum(squares, _NO_CHANCE * (squares[fits].min() + 1.0))).tolist()
@@ -93,7 +103,7 @@ def choose_by_spacing(
     by = "colours" if labels is not None and dock.colours and any(labels) else "spacing"
     if not dock.offsets_m and min(squares) > fit.points * _PLACED_PX**2:
         fit = _slid(fit, placement, dock, rays)
-    return choice_of(fit, [first, 1 - first], placement, by, camera, dock, rays)
+    return choice_of(fit, [first, 1 - first], placement, by, camera, dock, rays, least_px)
 
 
 def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, dock: Dock, rays: LightRays) -> Fit:
@@ -138,9 +148,10 @@ def choice_of(
     camera: Camera,
     dock: Dock,
     rays: LightRays,
+    least_px: float = 0.0,
 ) -> Choice:
-    """Choice among refined poses, the likelier first, with their uncertainties."""
-    noise = noise_px(float(fit.squares_px2.min()), fit.numbers, 5 if placement is None else 6)
+    """Choice among refined poses, the likelier first, with their uncertainties; a noise is the least."""
+    noise = max(least_px, noise_px(float(fit.squares_px2.min()), fit.numbers, 5 if placement is None else 6))
     sigmas = [deviations(covariance, R, noise) for covariance, R in zip(fit.covariances, fit.rotations, strict=True)]
     if placement is not None and len(probabilities) == 2:
         (x0, y0), (x1, y1) = [angles_of(-rotation[:, 2]) for rotation in fit.rotations]

@@ -29,7 +29,8 @@ def judged(
     labels: Sequence[str | None] | None = None,
 ) -> tuple[Ellipse, Choice, float, str | None]:
     """Return a ring's ellipse, poses, log of its chance, and why it is no dock; NoEllipseError where it has no pose."""
-    ellipse, choice = find_poses(markers.points_px[ring.on_ring], camera, dock, labels, ring.ellipse)
+    lights = markers.part(ring.on_ring)
+    ellipse, choice = find_poses(lights.points_px, camera, dock, labels, ring.ellipse, lights.covariances_px2)
     log_chance = log_chance_of_ring(ring, markers, ellipse, choice, dock, area_px2)
     return ellipse, choice, log_chance, why_no_dock(ring, markers, ellipse, choice, camera, dock, log_chance)
 

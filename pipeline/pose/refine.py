@@ -15,6 +15,8 @@ _SETTLED, _SETTLED_PX2 = 1e-3, 1e-6
 # A pose whose sum of squares exceeds this multiple of the best one's plus this much is certainly wrong.
 HOPELESS, HOPELESS_PX2 = 30.0, 2.0
 _LONGEST = 0.3  # radians, or a share of the range, in one step
+# A centre that was not fitted; what all lights have at the least; halvings; weights that differ by less are alike.
+_UNKNOWN_PX, _SAME_PX, _HALVED, _ALIKE = 0.3, 0.01, 20, 1.5
 _DAMPING = 1e-9  # share of the diagonal: what lights leave open gets a variance as good as infinite
 
 
@@ -100,6 +102,86 @@ def squares_at(
     products = np.empty((7, 7))
     sum_products(products, R, t, _on_circle(angles_rad, radius_m, offsets_m), rays, False)
     return float(products[6, 6])
+
+
+def weigh(
+    rays: LightRays,
+    covariances_px2: np.ndarray,
+    fit: Fit,
+    best: int,
+    angles_rad: np.ndarray,
+    radius_m: float,
+    offsets_m: np.ndarray | None = None,
+) -> tuple[LightRays, float]:
+    """Rays that weigh each light by its covariance (N, 2, 2), the same where that is nothing new; the picture's noise.
+
+    What a fit's residuals have beyond these covariances, as of lights that are out of place, is added to all alike
+    (Paule and Mandel 1982). The noise is that of a centre, root mean square, as far as the picture tells.
+    """
+    offsets = None if offsets_m is None else offsets_m[best]
+    lights = _on_circle(angles_rad, radius_m, offsets)
+    R, t = fit.rotations[best], fit.positions_m[best]
+    roots, least_px, ratio = _weights(R, t, lights, rays, covariances_px2, max(1, fit.numbers - 6))
+    return (rays._replace(slopes_px=roots @ rays.slopes_px) if ratio > _ALIKE else rays), least_px
+
+
+@compiled
+def _weights(
+    R: np.ndarray, t: np.ndarray, lights: np.ndarray, rays: LightRays, covariances: np.ndarray, freedom: int
+) -> tuple[np.ndarray, float, float]:
+    """Roots (N, 2, 2) of weights that are 1 on average, the noise of the picture, and the largest over the least."""
+    count = len(lights)
+    squares, known = np.empty((count, 3)), np.empty((count, 3))
+    for light in range(count):
+        a, b, c = covariances[light, 0, 0], covariances[light, 0, 1], covariances[light, 1, 1]
+        if not a * c - b * b > 0:
+            a, b, c = _UNKNOWN_PX**2, 0.0, _UNKNOWN_PX**2
+        known[light, 0], known[light, 1], known[light, 2] = a, b, c
+        x, y, z = lights[light]
+        X = R[0, 0] * x + R[0, 1] * y + R[0, 2] * z + t[0]
+        Y = R[1, 0] * x + R[1, 1] * y + R[1, 2] * z + t[1]
+        Z = R[2, 0] * x + R[2, 1] * y + R[2, 2] * z + t[2]
+        shift = rays.starts_m[light] / Z
+        across = rays.tangents[light, 0] * (1 - shift) - X / Z
+        down = rays.tangents[light, 1] * (1 - shift) - Y / Z
+        slope = rays.slopes_px[min(light, len(rays.slopes_px) - 1)]
+        u, v = slope[0, 0] * across + slope[0, 1] * down, slope[1, 0] * across + slope[1, 1] * down
+        squares[light, 0], squares[light, 1], squares[light, 2] = u * u, u * v, v * v
+    low, high = _SAME_PX**2, _SAME_PX**2
+    while _explained(squares, known, high) > freedom:
+        low, high = high, 2 * high
+    for _ in range(_HALVED):
+        middle = (low + high) / 2
+        if _explained(squares, known, middle) > freedom:
+            low = middle
+        else:
+            high = middle
+    roots, mean, own, least, most = np.zeros((count, 2, 2)), 0.0, 0.0, np.inf, 0.0
+    for light in range(count):
+        a, b, c = known[light]
+        own += (a + c) / (2 * count * (a * c - b * b))
+        a, c = a + high, c + high
+        weight = (a + c) / (2 * (a * c - b * b))
+        mean += weight / count
+        least, most = min(least, weight), max(most, weight)
+    for light in range(count):
+        a, b, c = known[light, 0] + high, known[light, 1], known[light, 2] + high
+        # Upper triangle whose product with its transpose, before it, is the inverse.
+        over = 1 / (mean * (a * c - b * b))
+        roots[light, 0, 0] = np.sqrt(c * over)
+        roots[light, 0, 1] = -b * over / roots[light, 0, 0]
+        roots[light, 1, 1] = np.sqrt(1 / (mean * c))
+    return roots, np.sqrt(1 / own), most / least
+
+
+@compiled
+def _explained(squares: np.ndarray, known: np.ndarray, more: float) -> float:
+    """Sum of squares of residuals, each over a light's variance and so much more."""
+    total = 0.0
+    for light in range(len(squares)):
+        a, b, c = known[light, 0] + more, known[light, 1], known[light, 2] + more
+        total += (squares[light, 0] * c - 2 * squares[light, 1] * b + squares[light, 2] * a) / (a * c - b * b)
+    return total
 
 
 @compiled

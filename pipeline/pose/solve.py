@@ -26,6 +26,7 @@ def find_poses(
     dock: Dock,
     labels: Sequence[str | None] | None = None,
     ellipse: Ellipse | None = None,
+    covariances_px2: np.ndarray | None = None,
 ) -> tuple[Ellipse, Choice]:
     """Find both poses of a dock from five or more of its lights, or from three or four whose spacing is known.
 
@@ -41,6 +42,9 @@ def find_poses(
         Colour of each point; None where it is unknown.
     ellipse : Ellipse, optional
         The ellipse through the lights, where it is known already.
+    covariances_px2 : (N, 2, 2) array, optional
+        How well the picture shows each of the points, in pixels squared, by which five lights or more are weighed; NaN
+        where that is not known.
 
     Returns
     -------
@@ -68,9 +72,9 @@ def find_poses(
     if camera.port is None:
         ellipse = ellipse or fit_ellipse(camera.undistort(points))
         poses = circle_poses(ellipse, camera, dock.diameter)
-        return ellipse, _finite(choose_by_spacing(poses, points, camera, dock, labels))
+        return ellipse, _finite(choose_by_spacing(poses, points, camera, dock, labels, covariances_px2))
     poses = _poses_behind_port(points, camera, dock)
-    choice = _finite(choose_by_spacing(poses, points, camera, dock, labels))
+    choice = _finite(choose_by_spacing(poses, points, camera, dock, labels, covariances_px2))
     chosen = choice.candidates[choice.selected]
     return fit_ellipse(camera.virtual_pixels(points, _depths(points, camera, chosen))), choice
 

@@ -9,6 +9,12 @@ from dockpose.checks import check_number, check_one_of, check_whole, make_plain
 # Response of the blue, green and red bands to a lamp of each colour.
 COLOURS = {"white": (1.0, 1.0, 1.0), "red": (0.02, 0.08, 1.0), "green": (0.10, 1.0, 0.10), "blue": (1.0, 0.15, 0.02)}
 SENSOR_COLOURS = ("grey", "bgr", "bayer")
+SIDES = {
+    "floor": (1, 1.0),
+    "left": (0, -1.0),
+    "right": (0, 1.0),
+    "back": (2, 1.0),
+}  # axis and direction from the camera
 BITS = (8, 10, 12, 16)
 
 
@@ -83,6 +89,8 @@ class Lights(Part, frozen=True, kw_only=True):
         Numbers of dead lights, counted from 0.
     flicker : float
         Probability that a light is off in a picture.
+    rim, dome : float
+        Light of a bright rim around each lamp and of the dome over it, as shares of its own; both have its radius.
     """
 
     level: float = 400.0
@@ -94,6 +102,8 @@ class Lights(Part, frozen=True, kw_only=True):
     angles_deg: tuple[float, ...] = ()
     missing: tuple[int, ...] = ()
     flicker: float = 0.0
+    rim: float = 0.0
+    dome: float = 0.0
 
     _above_0 = ("radius_m",)
 
@@ -159,6 +169,26 @@ class Mirror(Part, frozen=True, kw_only=True):
     ripple_deg: float = 0.5
 
 
+class Wall(Part, frozen=True, kw_only=True):
+    """A side of the tank at ``distance_m`` from the camera that mirrors a ``share`` of the light, smeared as if tilted.
+
+    ``side`` is "floor", "left" or "right"; ``rough_deg`` is the tilt of its surface.
+    """
+
+    side: str
+    distance_m: float
+    share: float = 0.1
+    rough_deg: float = 1.0
+
+    _above_0 = ("distance_m",)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_one_of("wall side", self.side, SIDES)
+        if self.share > 1:
+            raise ValueError(f"wall share is {self.share!r}; it must be within 0 to 1")
+
+
 class Lamp(Part, frozen=True, kw_only=True):
     """Another lamp, which shines equally in all directions; ``level`` and ``radius_m`` as for the dock's lights."""
 
@@ -204,6 +234,9 @@ class Sensor(Part, frozen=True, kw_only=True):
         Photoelectrons per grey level (of 255) at gain 1, which determine the shot noise.
     read_noise_levels : float
         Standard deviation of the read noise, in grey levels at gain 1.
+    mean_level : float, optional
+        Grey level (of 255) that automatic exposure brings the picture's mean to, by up to 64 times more or less light
+        than ``exposure``; None for none.
     vignetting : float
         Share of the light lost in the corners, 0 to 1.
     blur_px : float, pixels
@@ -214,6 +247,9 @@ class Sensor(Part, frozen=True, kw_only=True):
         Bits per pixel.
     colour : {"grey", "bgr", "bayer"}
         Colours of the picture; "bayer" is a colour mosaic interpolated to BGR.
+    sharpening, sharpening_px : float, and pixels
+        How strongly the camera sharpens: so many times what a blur of this standard deviation takes away is added,
+        which leaves dark halos around lamps.
     jpeg_quality : int, optional
         1 to 100, for 8 bits; None for lossless storage.
     """
@@ -222,20 +258,25 @@ class Sensor(Part, frozen=True, kw_only=True):
     gain: float = 1.0
     electrons_per_level: float = 40.0
     read_noise_levels: float = 1.0
+    mean_level: float | None = None
     vignetting: float = 0.0
     blur_px: float = 0.8
     motion_blur_px: float = 0.0
     motion_angle_deg: float = 0.0
     bits: int = 8
     colour: str = "grey"
+    sharpening: float = 0.0
+    sharpening_px: float = 1.5
     jpeg_quality: int | None = None
 
-    _above_0 = ("exposure", "gain", "electrons_per_level", "blur_px")
+    _above_0 = ("exposure", "gain", "electrons_per_level", "blur_px", "sharpening_px")
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.vignetting > 1:
             raise ValueError(f"vignetting is {self.vignetting!r}; it must be within 0 to 1")
+        if self.mean_level is not None and not 0 < self.mean_level < 255:
+            raise ValueError(f"mean_level is {self.mean_level!r}; it must be above 0 and below 255")
         check_one_of("bits", self.bits, BITS)
         check_one_of("colour", self.colour, SENSOR_COLOURS)
         if self.jpeg_quality is not None:

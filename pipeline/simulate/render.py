@@ -74,6 +74,8 @@ def expose(light: np.ndarray, scene: Scene) -> np.ndarray:
     levels = light * np.float32(sensor.exposure)
     if sensor.vignetting > 0:
         levels *= _vignette(levels.shape[:2], sensor.vignetting)[(..., *[None] * (light.ndim - 2))]
+    if sensor.mean_level is not None:
+        levels *= np.float32(_automatic(levels * np.float32(sensor.gain), sensor.mean_level))
     if sensor.motion_blur_px > 0:
         levels = cv2.filter2D(levels, -1, _streak(sensor), borderType=cv2.BORDER_REPLICATE)
     if sensor.colour == "bayer":
@@ -86,6 +88,9 @@ def expose(light: np.ndarray, scene: Scene) -> np.ndarray:
     largest = (1 << sensor.bits) - 1
     if scene.camera.tone != "linear":
         levels = 255 * encoded(levels / 255, scene.camera.tone)
+    if sensor.sharpening > 0:
+        levels = np.clip(levels, 0, 255)  # a camera sharpens what it has stored
+        levels += sensor.sharpening * (levels - cv2.GaussianBlur(levels, (0, 0), sensor.sharpening_px))
     stored = np.clip(np.rint(levels * (largest / 255)), 0, largest).astype(np.uint8 if sensor.bits == 8 else np.uint16)
     if sensor.colour == "bayer":
         stored = cv2.cvtColor(stored, cv2.COLOR_BayerRGGB2RGB)
@@ -94,6 +99,18 @@ def expose(light: np.ndarray, scene: Scene) -> np.ndarray:
         jpeg = cv2.imencode(".jpg", stored, [cv2.IMWRITE_JPEG_QUALITY, sensor.jpeg_quality])[1]
         stored = np.asarray(cv2.imdecode(jpeg, cv2.IMREAD_UNCHANGED))
     return stored
+
+
+def _automatic(levels: np.ndarray, mean_level: float) -> float:
+    """Factor on the exposure that brings the mean of the picture, white where it is brighter, to a level."""
+    low, high = -_STOPS, _STOPS
+    for _ in range(_HALVED):
+        middle = (low + high) / 2
+        if np.minimum(levels * np.float32(2**middle), 255).mean() < mean_level:
+            low = middle
+        else:
+            high = middle
+    return 2 ** ((low + high) / 2)
 
 
 def _with_noise(levels: np.ndarray, sensor: Sensor, rng: np.random.Generator) -> np.ndarray:
@@ -128,6 +145,7 @@ def _streak(sensor: Sensor) -> np.ndarray:
     return kernel / kernel.sum()
 
 
+_STOPS, _HALVED = 6.0, 14  # factors of two that automatic exposure has to either side; halvings of their range
 _EDGE_POINTS = 16  # to a side, since a lens bends it
 _VEIL_SIZE = 0.45  # of the picture's width: standard deviation of the vehicle's own light
 

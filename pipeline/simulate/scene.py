@@ -33,6 +33,8 @@ class Scene(parts.Part, frozen=True, kw_only=True):
         The water's own brightness, glares and haze.
     panel, snow, mirror : Panel, Snow, Mirror or None
         The plate behind the lights, bright specks, and the water's surface, which shows the ring a second time.
+    walls : tuple of Wall
+        The tank's floor and walls, which do so dimly.
     lamps, occluders, texts : tuples of Lamp, Occluder, Text
         Lights that are not the dock's, what hides parts of the picture, and words burnt into it.
     sensor : Sensor
@@ -65,6 +67,7 @@ class Scene(parts.Part, frozen=True, kw_only=True):
     panel: parts.Panel | None = None
     snow: parts.Snow | None = None
     mirror: parts.Mirror | None = None
+    walls: tuple[parts.Wall, ...] = ()
     lamps: tuple[parts.Lamp, ...] = ()
     occluders: tuple[parts.Occluder, ...] = ()
     texts: tuple[parts.Text, ...] = ()

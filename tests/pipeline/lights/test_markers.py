@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from dockpose.lights.likelihood import fitted_centres
 from dockpose.lights.markers import find_markers, grey_centres
 from dockpose.thresholds import fixed, histogram_of
 
@@ -158,7 +159,7 @@ def test_a_lamp_that_is_brighter_on_one_side_is_centred_by_its_outline_at_every_
     y, x = np.mgrid[:81, :81].astype(float)
     lamp = 120 * (1 + 0.01 * (x - 40.3)) / (1 + np.exp(3 * (np.hypot(x - 40.3, y - 39.8) - 11.3)))
     grey = np.rint(step * (20 + lamp)).astype(depth)
-    found = grey_centres(grey, np.array([[28, 28, 52, 52]]), np.array([[40.0, 40.0]]), 250 * step)
+    found, _ = fitted_centres(grey, np.array([[40.0, 40.0]]), np.array([25]), 250.0 * step)
     np.testing.assert_allclose(found, [[40.3, 39.8]], atol=0.02)
 
 
@@ -184,5 +185,5 @@ def test_halos_that_rise_steeply_are_taken_off(slope):
     y, x = np.mgrid[:61, :61].astype(float)
     lamp = 160 * np.exp(-((x - 30.3) ** 2 + (y - 29.8) ** 2) / (2 * 2.5**2))
     grey = np.rint(256 * (90 + slope * (x - 30) + lamp)).clip(0, 65535).astype(np.uint16)
-    found = grey_centres(grey, np.array([[25, 25, 35, 35]]), np.array([[30.0, 30.0]]), 250 * 256)
+    found = grey_centres(grey, np.array([[25, 25, 35, 35]]), np.array([[30.0, 30.0]]))
     np.testing.assert_allclose(found, [[30.3, 29.8]], atol=0.02)

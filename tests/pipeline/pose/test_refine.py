@@ -1,6 +1,6 @@
 # A None where a value is expected fails the test, which is what it should do.
 # pyright: reportOptionalOperand=false, reportOperatorIssue=false, reportCallIssue=false, reportArgumentType=false
-# pyright: reportOptionalIterable=false
+# pyright: reportOptionalIterable=false, reportOptionalSubscript=false
 
 import math
 
@@ -10,7 +10,7 @@ from dockpose import Camera, Dock
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.pose.choice import choose_by_spacing
 from dockpose.pose.circle import circle_poses, rotation_from_angles
-from dockpose.pose.refine import angles_on_planes, light_rays, refine
+from dockpose.pose.refine import angles_on_planes, light_rays, refine, weigh
 from dockpose.pose.uncertainty import LIKELY_NOISE_PX, deviations, log_evidence, log_odds, nearer, noise_px
 
 from tests.support.scenes import CAMERA
@@ -164,3 +164,33 @@ def test_deviations_agree_with_errors_whatever_the_roll():
         poses = circle_poses(fit_ellipse(points), CAMERA, DOCK.diameter)
         sigmas.append(choose_by_spacing(poses, points, CAMERA, DOCK).candidates[0].sigma_theta_rad)
     assert sigmas[0] == pytest.approx(sigmas[1], rel=0.02)
+
+
+def test_a_light_that_its_covariance_calls_poor_counts_less():
+    known = np.tile(0.02**2 * np.eye(2), (10, 1, 1))
+    known[3] = 0.5**2 * np.eye(2)
+    off, told = np.zeros(2), np.zeros(2)
+    for seed in range(12):
+        points, _, _ = seen((0.1, -0.05, 1.2), 0.3, 0.5, noise_px=0.02, seed=seed)
+        points[3] += 0.8 * np.array([math.cos(seed), math.sin(seed)])
+        poses = circle_poses(fit_ellipse(points), CAMERA, DOCK.diameter)
+        for number, each in enumerate((None, known)):
+            pose = choose_by_spacing(poses, points, CAMERA, DOCK, None, each).candidates[0]
+            off[number] += np.linalg.norm(pose.position_m - [0.1, -0.05, 1.2])
+            told[number] += pose.sigma_position_m[2]
+    assert off[1] < 0.3 * off[0]
+    assert told[1] < 0.3 * told[0]
+
+
+def test_lights_out_of_place_are_weighed_alike_and_none_is_better_than_its_picture():
+    points, _, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5, noise_px=0.5)
+    known = np.array([(0.01 if light % 2 else 0.05) ** 2 * np.eye(2) for light in range(10)])
+    rays, R = light_rays(points, CAMERA), rotation_from_angles(0.3, 0.5)
+    fit = refine(R[None], np.array([[0.1, -0.05, 1.2]]), angles[None], DOCK.radius, rays)
+    same, noise = weigh(rays, known, fit, 0, angles, DOCK.radius)
+    assert same is rays
+    assert noise == pytest.approx(math.sqrt(2 / (1 / 0.01**2 + 1 / 0.05**2)))
+    exact, _, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5)
+    poses = circle_poses(fit_ellipse(exact), CAMERA, DOCK.diameter)
+    told = [choose_by_spacing(poses, exact, CAMERA, DOCK, None, scale * known).candidates[0] for scale in (1, 100)]
+    assert told[1].sigma_position_m[2] == pytest.approx(10 * told[0].sigma_position_m[2], rel=0.05)

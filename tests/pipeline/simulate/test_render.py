@@ -16,7 +16,7 @@ from dockpose.simulate.optics import glow
 from dockpose.simulate.optics.glow import light_of
 from dockpose.simulate.optics.psf import Psf
 from dockpose.simulate.optics.water import Water, preset
-from dockpose.simulate.parts import Background, Glare, Lamp, Mirror, Occluder, Panel, Snow, Text
+from dockpose.simulate.parts import Background, Glare, Lamp, Mirror, Occluder, Panel, Snow, Text, Wall
 
 from tests.support.scenes import CAMERA, DOCK, PLAIN, QUIET, changed, near, random_scene
 
@@ -305,6 +305,67 @@ def test_a_mirror_doubles_the_lights_above_the_surface():
     image_px = scene.camera.project(below[None])[0]
     assert near(image, image_px).max() > 20
     assert near(render(msgspec.structs.replace(scene, mirror=None))[0], image_px).max() < 5
+
+
+@pytest.mark.parametrize(("side", "flip", "shift"), [("floor", 1, 0.6), ("left", 0, -0.6), ("right", 0, 0.6)])
+def test_a_wall_shows_the_lights_again_dimly(side, flip, shift):
+    wall = Wall(side=side, distance_m=0.3, share=0.3, rough_deg=0.0)
+    scene = changed(walls=(wall,), camera=Camera(300, 300, 319.5, 239.5, 640, 480))
+    image, truth = render(scene)
+    light = int(np.argmax(truth.lights_m[:, flip] * np.sign(shift)))
+    behind = truth.lights_m[light].copy()
+    behind[flip] = shift - behind[flip]
+    image_px = scene.camera.project(behind[None])[0]
+    assert near(image, image_px).max() > 20
+    assert near(image, image_px).max() < near(image, truth.lights_px[light]).max()
+    assert near(render(msgspec.structs.replace(scene, walls=()))[0], image_px).max() < 5
+
+
+def test_walls_are_refused_by_name():
+    with pytest.raises(ValueError, match="wall side"):
+        Wall(side="ceiling", distance_m=1.0)
+    with pytest.raises(ValueError, match="wall share is"):
+        Wall(side="floor", distance_m=1.0, share=1.5)
+
+
+@pytest.mark.parametrize("exposure", [0.1, 1.0, 8.0])
+def test_automatic_exposure_brings_the_mean_to_its_level(exposure):
+    scene = changed(background=Background(level=20.0), sensor=Sensor(exposure=exposure, mean_level=60.0))
+    assert render(scene)[0].mean() == pytest.approx(60, abs=1)
+    with pytest.raises(ValueError, match="mean_level is 255"):
+        Sensor(mean_level=255.0)
+
+
+def test_sharpening_leaves_dark_halos_around_lamps_and_the_mean_as_it_is():
+    sensor = Sensor(read_noise_levels=0.0, electrons_per_level=1e6)
+    scene = changed(background=Background(level=60.0), lights=Lights(level=150.0), sensor=sensor)
+    plain = render(scene)[0]
+    sharp = render(msgspec.structs.replace(scene, sensor=msgspec.structs.replace(sensor, sharpening=1.0)))[0]
+    assert plain.min() >= 59
+    assert sharp.min() < 57
+    assert sharp.max() > plain.max() + 10
+    assert sharp.mean() == pytest.approx(plain.mean(), abs=0.1)
+
+
+def test_rims_and_domes_add_their_share_of_light_around_and_in_front():
+    close = Pose(position_m=(0.0, 0.0, 0.5))
+
+    def of(rim: float, dome: float) -> np.ndarray:
+        lights = Lights(level=20.0, radius_m=0.01, rim=rim, dome=dome)
+        sensor = Sensor(read_noise_levels=0.0, electrons_per_level=1e6, bits=16)
+        return render(changed(pose=close, lights=lights, background=Background(level=0.0), sensor=sensor))[0].astype(
+            float
+        )
+
+    alone = of(0.0, 0.0)
+    assert of(0.5, 0.0).sum() / alone.sum() == pytest.approx(1.5, rel=0.03)
+    assert of(0.0, 0.5).sum() / alone.sum() == pytest.approx(1.5, rel=0.05)
+    y, x = np.mgrid[: alone.shape[0], : alone.shape[1]]
+    outwards = np.hypot(x - 319.5, y - 239.5)
+    # A dome is nearer to the camera than its lamp, so that it lies farther out; a rim has its lamp's centre.
+    means = [np.average(outwards, weights=image) for image in (alone, of(0.5, 0.0), of(0.0, 0.5))]
+    assert means[1] == pytest.approx(means[0], abs=0.3)
+    assert means[2] > means[0] + 0.3
 
 
 def test_everything_else_in_the_water_shows_where_it_should():

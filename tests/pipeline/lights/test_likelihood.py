@@ -1,0 +1,71 @@
+import numpy as np
+import pytest
+from dockpose.lights.likelihood import fitted_centres
+from dockpose.lights.markers import find_markers, with_fitted_centres
+from dockpose.thresholds import fixed, histogram_of
+
+TRUTH = np.array([[30.3, 29.8]])
+ROUGH, REACH = np.array([[30.0, 30.0]]), np.array([12])
+Y, X = np.mgrid[:61, :61].astype(float)
+
+
+def spot(width_px: float = 2.5, height: float = 160.0) -> np.ndarray:
+    return height * np.exp(-((X - TRUTH[0, 0]) ** 2 + (Y - TRUTH[0, 1]) ** 2) / (2 * width_px**2))
+
+
+def fitted(picture: np.ndarray, reach: int = 12) -> tuple[np.ndarray, np.ndarray]:
+    grey = np.clip(np.rint(picture), 0, 255).astype(np.uint8)
+    return fitted_centres(grey, ROUGH, np.array([reach]), 250.0)
+
+
+@pytest.mark.parametrize("width", [0.8, 1.5, 2.5])
+def test_the_variance_of_a_gaussian_lamp_is_that_of_its_fisher_information(width):
+    # In noise s the information on one axis is the integral of the squared slope over s^2: pi h^2 / (2 s^2).
+    rng, noise, off, told = np.random.default_rng(1), 2.0, [], []
+    for _ in range(60):
+        centres, covariances = fitted(20 + spot(width) + rng.normal(0, noise, X.shape), reach=9)
+        off.append(centres - TRUTH)
+        told.append(covariances[0])
+    bound = 2 * (noise**2 + 1 / 12) / (np.pi * 160**2)
+    assert np.mean(told, axis=0) == pytest.approx(bound * np.eye(2), rel=0.3, abs=0.1 * bound)
+    assert np.mean(np.square(off)) < 1.6 * bound
+
+
+@pytest.mark.parametrize("height", [600.0, 3000.0])
+def test_a_white_lamp_is_centred_by_its_flank(height):
+    centres, covariances = fitted(20 + spot(2.0, height))
+    np.testing.assert_allclose(centres, TRUTH, atol=0.02)
+    assert 0 < covariances[0, 0, 0] < 0.02**2
+
+
+@pytest.mark.parametrize("slope", [0.5, 2.0])
+def test_sloping_water_does_not_move_it(slope):
+    np.testing.assert_allclose(fitted(60 + slope * (X - 30) + spot(2.5, 120))[0], TRUTH, atol=0.01)
+
+
+def test_a_cut_lamp_has_a_larger_variance():
+    grey = np.clip(np.rint(20 + spot()), 0, 255).astype(np.uint8)
+    whole = fitted_centres(grey, ROUGH, REACH, 250.0)[1]
+    centres, cut = fitted_centres(np.ascontiguousarray(grey[:, :33]), ROUGH, REACH, 250.0)
+    assert cut[0, 0, 0] > 1.3 * whole[0, 0, 0] or np.isnan(cut[0, 0, 0])
+    assert abs(centres[0, 0] - TRUTH[0, 0]) < 0.6
+
+
+@pytest.mark.parametrize("grey", [np.zeros((61, 61), np.uint8), np.full((61, 61), 255, np.uint8)])
+def test_what_is_no_light_keeps_its_place_and_has_no_covariance(grey):
+    centres, covariances = fitted_centres(grey, ROUGH, REACH, 250.0)
+    np.testing.assert_array_equal(centres, ROUGH)
+    assert np.isnan(covariances).all()
+
+
+def test_only_chosen_lights_are_fitted_in_the_part_where_they_are():
+    grey = np.clip(np.rint(20 + spot() + np.roll(spot(), 20, axis=1)), 0, 255).astype(np.uint8)
+    histogram = histogram_of(grey)
+    markers = find_markers(grey, histogram, fixed(histogram, 100), 1)
+    moved = with_fitted_centres(markers, np.array([True, False]), grey, 250.0)
+    assert moved.covariances_px2 is not None
+    assert np.isnan(moved.covariances_px2[1]).all()
+    np.testing.assert_allclose(moved.points_px[0], TRUTH[0], atol=0.01)
+    np.testing.assert_array_equal(moved.points_px[1], markers.points_px[1])
+    part = with_fitted_centres(markers, np.array([True, False]), np.ascontiguousarray(grey[4:, 6:]), 250.0, (6, 4))
+    np.testing.assert_allclose(part.points_px, moved.points_px, atol=1e-9)

@@ -38,6 +38,7 @@ async function ask() {
     } else showBanner("");
   } catch {
     wasOut = true;
+    viserPage.mayConnect = false;
     showBanner(`dockpose has stopped; what is shown here is old.\n`
       + `Start it again in the terminal: ${startAgain()}. This page then reconnects by itself.`);
   }

@@ -15,6 +15,13 @@ window.addEventListener("unhandledrejection", (event) => {
   if (event.reason instanceof EvalError) event.preventDefault();
 });
 
+// viser tries each second to connect again. Each failure makes Chromium wait longer before the next try, up to 5 s, and
+// after a reload too: while the program is known to be stopped it shall not try.
+const post = Worker.prototype.postMessage;
+Worker.prototype.postMessage = function (message, ...rest) {
+  if (message?.type !== "retry" || viserPage.mayConnect) post.call(this, message, ...rest);
+};
+
 const TAB = "[role=tab]";
 const GROUP_NAME = ".mantine-Paper-root > .mantine-Paper-root:has(> .tabler-icon)";
 const PICTURE_UPLOAD = "input[type=file][accept='image/*']";
@@ -22,6 +29,8 @@ const VIDEO_UPLOAD = "input[type=file][accept^='video/*']";
 const BOARD_UPLOAD = "input[type=file][accept^='.png']"; // of pictures to calibrate with
 
 const viserPage = {
+  mayConnect: true, // whether viser tries to connect again
+
   // Tabs. viser opens one when it is pressed, and drags it where the pointer moves; a plain click does nothing.
   tabs: () => [...document.querySelectorAll(TAB)],
   nameOfTab: (tab) => tab.textContent.trim(),

@@ -147,6 +147,10 @@ def _sums(
             continue
         rest = level - expected
         squares, used = squares + rest * rest, used + 1
+        if inner == 0:  # water alone
+            right[2, 0], right[3, 0], even[3, 0] = right[2, 0] + dx * rest, right[3, 0] + dy * rest, even[3, 0] + rest
+            A[2, 2], A[3, 2], A[3, 3], E[3, 3] = A[2, 2] + dx * dx, A[3, 2] + dx * dy, A[3, 3] + dy * dy, E[3, 3] + 1
+            continue
         steep = height * (inner_slope - outer_slope) / (blur * off)  # of the flank, over the distance
         a[0], a[1] = steep * ((1 - longer) * dx - askew * dy), steep * ((1 + longer) * dy - askew * dx)
         a[2], a[3], a[4], a[5] = dx, dy, height * share * dx, height * share * dy

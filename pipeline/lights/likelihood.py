@@ -18,6 +18,7 @@ _DAMPED, _ROUND = 0.01, 0.05  # share of the diagonal; standard deviation that i
 # Lamps so large have a slope of their own; it is told as far as it exceeds so many variances.
 _SLOPED_PX, _SURE = 5.0, 4.0
 _FOOT = 0.2  # of a light's height, from which on its area is counted
+_SHAPELESS = 0.05  # share of a light's height by which a pixel may be off, root mean square, or it is no such disc
 _FARTHEST_PX, _FARTHEST = 0.5, 0.2  # from where it began, or a share of its radius: no light of this shape
 # Logistic approximation of the normal distribution, to 1.4e-4 (Page 1977).
 _LINEAR, _CUBIC = 1.5976, 0.07056
@@ -93,6 +94,8 @@ def _fit(pixels: np.ndarray, white: float, centre: np.ndarray, covariance: np.nd
             odd[number] += shift * step[number, 0]
         if turn > 0 and abs(step[0, 0]) + abs(step[1, 0]) < _SETTLED_PX and moved < _SHAPED_PX:
             break
+    if noise > (_SHAPELESS * min(shape[0], white)) ** 2:
+        return
     if not math.hypot(odd[0] - x0, odd[1] - y0) < max(_FARTHEST_PX, _FARTHEST * radius):
         return
     centre[0], centre[1] = odd[0], odd[1]
@@ -144,6 +147,10 @@ def _sums(
             continue
         rest = level - expected
         squares, used = squares + rest * rest, used + 1
+        if inner == 0:  # water alone
+            right[2, 0], right[3, 0], even[3, 0] = right[2, 0] + dx * rest, right[3, 0] + dy * rest, even[3, 0] + rest
+            A[2, 2], A[3, 2], A[3, 3], E[3, 3] = A[2, 2] + dx * dx, A[3, 2] + dx * dy, A[3, 3] + dy * dy, E[3, 3] + 1
+            continue
         steep = height * (inner_slope - outer_slope) / (blur * off)  # of the flank, over the distance
         a[0], a[1] = steep * ((1 - longer) * dx - askew * dy), steep * ((1 + longer) * dy - askew * dx)
         a[2], a[3], a[4], a[5] = dx, dy, height * share * dx, height * share * dy

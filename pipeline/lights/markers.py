@@ -206,5 +206,7 @@ def with_fitted_centres(
     near = points - corner_px
     reach = np.where(chosen, _reach(markers.boxes_px), 0)
     found, known = fitted_centres(grey, near, np.where(reach < _MOST_REACH_PX, reach, 0), float(white))
+    if not np.isfinite(known[chosen]).all():  # one centroid among fitted centres could not be weighed
+        return markers
     points[chosen], covariances[chosen] = found[chosen] + corner_px, known[chosen]
     return replace(markers, points_px=points, covariances_px2=covariances, centroids_px=markers.points_px)

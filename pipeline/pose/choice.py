@@ -88,7 +88,7 @@ def choose_by_spacing(
     if dock.offsets_m:
         fit, placement = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
     least_px = 0.0
-    if covariances_px2 is not None:
+    if covariances_px2 is not None and np.isfinite(covariances_px2).all():
         best, offsets = int(np.argmin(fit.squares_px2)), None
         if dock.offsets_m:
             offsets = offsets_of(dock, placement.lights, placement.rolls_rad)

@@ -15,8 +15,8 @@ _SETTLED, _SETTLED_PX2 = 1e-3, 1e-6
 # A pose whose sum of squares exceeds this multiple of the best one's plus this much is certainly wrong.
 HOPELESS, HOPELESS_PX2 = 30.0, 2.0
 _LONGEST = 0.3  # radians, or a share of the range, in one step
-# A centre that was not fitted; what all lights have at the least; halvings; weights that differ by less are alike.
-_UNKNOWN_PX, _SAME_PX, _HALVED, _ALIKE = 0.3, 0.01, 20, 1.5
+# What all lights have at the least; halvings; weights that differ by less are alike.
+_SAME_PX, _HALVED, _ALIKE = 0.01, 20, 1.5
 _DAMPING = 1e-9  # share of the diagonal: what lights leave open gets a variance as good as infinite
 
 
@@ -133,10 +133,8 @@ def _weights(
     count = len(lights)
     squares, known = np.empty((count, 3)), np.empty((count, 3))
     for light in range(count):
-        a, b, c = covariances[light, 0, 0], covariances[light, 0, 1], covariances[light, 1, 1]
-        if not a * c - b * b > 0:
-            a, b, c = _UNKNOWN_PX**2, 0.0, _UNKNOWN_PX**2
-        known[light, 0], known[light, 1], known[light, 2] = a, b, c
+        given = covariances[light]
+        known[light, 0], known[light, 1], known[light, 2] = given[0, 0], given[0, 1], given[1, 1]
         x, y, z = lights[light]
         X = R[0, 0] * x + R[0, 1] * y + R[0, 2] * z + t[0]
         Y = R[1, 0] * x + R[1, 1] * y + R[1, 2] * z + t[1]

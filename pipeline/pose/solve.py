@@ -43,8 +43,7 @@ def find_poses(
     ellipse : Ellipse, optional
         The ellipse through the lights, where it is known already.
     covariances_px2 : (N, 2, 2) array, optional
-        How well the picture shows each of the points, in pixels squared, by which five lights or more are weighed; NaN
-        where that is not known.
+        How well the picture shows each of the points, in pixels squared, by which five lights or more are weighed.
 
     Returns
     -------

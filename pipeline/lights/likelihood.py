@@ -7,12 +7,15 @@ from dockpose.compiled import compiled
 from dockpose.lights.centroids import is_nearest, median_along_edge, nearest, window_at
 from dockpose.lights.reprojection import solve
 
-_ROUNDS, _SETTLED_PX, _SHAPED_PX = 12, 2e-3, 0.02  # of Gauss and Newton's method; what moves less has settled
+# Rounds of Gauss and Newton's method. A centre that moves by less than this share of its standard deviation, while the
+# squares fall by less than that share, has settled: what is left adds 2 % to its error. A small lamp's radius and blur,
+# of which each can stand for the other, settle far later.
+_ROUNDS, _SETTLED, _FALLEN = 12, 0.2, 0.05
 _LEAST_PIXELS, _NUMBERS = 16, 11  # of a window; numbers that a fit finds
 _BLUR_PX, _LEAST_BLUR_PX = 0.85, 0.3  # of a lens, to begin with
 # A white light is seen where its flank begins: so many times as bright, and smaller by so much, to begin with.
 _OVER_WHITE, _WIDER_BY_PX = 2.5, 0.7
-_FLAT = 5.0  # blurs beyond an edge, from which on a light is even
+_FLAT = 4.0  # blurs beyond an edge, from which on a light is even to 3e-5 of its height
 _LONGEST = 0.3  # share of a light's height, radius, blur or axes in one round
 _DAMPED, _ROUND = 0.01, 0.05  # share of the diagonal; standard deviation that is expected of a light's two axes
 # Lamps so large have a slope of their own; it is told as far as it exceeds so many variances.
@@ -75,9 +78,9 @@ def _fit(pixels: np.ndarray, white: float, centre: np.ndarray, covariance: np.nd
     odd[0], odd[1] = x0, y0
     A, right, E = np.empty((6, 6)), np.empty((6, 1)), np.empty((6, 6))
     is_sloped = radius > _SLOPED_PX and shape[0] < white
-    step, noise = np.zeros((4, 3)), 0.0
-    for turn in range(_ROUNDS):
-        squares, used = _sums(pixels, white, shape, odd, A, right, E, even)
+    step, noise, before = np.zeros((4, 3)), 0.0, math.inf
+    for _ in range(_ROUNDS):
+        squares, used = _sums(pixels, white, shape, odd, 6 if is_sloped else 4, A, right, E, even)
         if used < _LEAST_PIXELS or A[0, 0] <= 0 or A[1, 1] <= 0:
             return
         noise = squares / max(1, used - _NUMBERS)
@@ -87,13 +90,15 @@ def _fit(pixels: np.ndarray, white: float, centre: np.ndarray, covariance: np.nd
             E[number, number] += max(noise, 1e-3) / _ROUND**2
             even[number, 0] -= max(noise, 1e-3) / _ROUND**2 * shape[number]
         solve(E, even)
-        moved = _reshaped(shape, even)
+        _reshape(shape, even)
         step = _step(A, right, noise, is_sloped)
         shift = min(1.0, _FARTHEST_PX / max(1e-12, math.hypot(step[0, 0], step[1, 0])))
         for number in range(4):
             odd[number] += shift * step[number, 0]
-        if turn > 0 and abs(step[0, 0]) + abs(step[1, 0]) < _SETTLED_PX and moved < _SHAPED_PX:
+        sigma = math.sqrt(noise * (step[0, 1] + step[1, 2]))
+        if math.hypot(step[0, 0], step[1, 0]) < _SETTLED * sigma and noise > (1 - _FALLEN) * before:
             break
+        before = noise
     if noise > (_SHAPELESS * min(shape[0], white)) ** 2:
         return
     if not math.hypot(odd[0] - x0, odd[1] - y0) < max(_FARTHEST_PX, _FARTHEST * radius):
@@ -126,12 +131,13 @@ def _sums(
     white: float,
     shape: np.ndarray,
     odd: np.ndarray,
+    numbers: int,
     A: np.ndarray,
     right: np.ndarray,
     E: np.ndarray,
     even: np.ndarray,
 ) -> tuple[float, int]:
-    """Normal equations of the odd numbers, the own slope among them, and of the even; squares; pixels that count."""
+    """Normal equations of 4 odd numbers, 6 with the own slope, and of the even ones; squares; pixels that count."""
     height, radius, blur, water, longer, askew = shape
     A[:], right[:], E[:], even[:] = 0.0, 0.0, 0.0, 0.0
     a, b = np.zeros(6), np.zeros(6)
@@ -158,11 +164,13 @@ def _sums(
         b[0], b[1], b[3] = share, height * wider / blur, 1.0
         b[2] = -height * (radius * wider + off * (outer_slope - inner_slope)) / (blur * blur)
         b[4], b[5] = steep * (dx * dx - dy * dy) / 2, steep * dx * dy
-        for one in range(6):
+        for one in range(numbers):
             right[one, 0] += a[one] * rest
-            even[one, 0] += b[one] * rest
             for other in range(one + 1):
                 A[one, other] += a[one] * a[other]
+        for one in range(6):
+            even[one, 0] += b[one] * rest
+            for other in range(one + 1):
                 E[one, other] += b[one] * b[other]
     for one in range(6):
         for other in range(one):
@@ -182,9 +190,8 @@ def _normal(x: float) -> tuple[float, float]:
 
 
 @compiled
-def _reshaped(shape: np.ndarray, step: np.ndarray) -> float:
-    """Change a light's shape, in place, by no more than a step may; by how many pixels radius and blur change."""
-    radius, blur = shape[1], shape[2]
+def _reshape(shape: np.ndarray, step: np.ndarray) -> None:
+    """Change a light's shape by no more than a step may."""
     for number in range(3):
         most = _LONGEST * shape[number] + (_LEAST_BLUR_PX if number == 1 else 0.0)
         shape[number] += min(max(step[number, 0], -most), most)
@@ -192,7 +199,6 @@ def _reshaped(shape: np.ndarray, step: np.ndarray) -> float:
     shape[3] += step[3, 0]
     for number in (4, 5):
         shape[number] = min(max(shape[number] + step[number, 0], -2 * _LONGEST), 2 * _LONGEST)
-    return abs(shape[1] - radius) + abs(shape[2] - blur)
 
 
 @compiled

@@ -24,9 +24,6 @@ def main() -> int:
         browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
         page = Page(browser.new_page(viewport={"width": 1366, "height": 768}), app)
         page.open()
-        start = page.page.get_by_role("button", name="Start")
-        if start.count():
-            start.click()
         app.change(lambda _: open_source("sample_images/tilted.png", None, None), reload=True)
         page.tab("Detect")
         _shoot(page, "screenshot.png")

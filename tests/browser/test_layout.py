@@ -334,22 +334,6 @@ def test_3d_view_and_tools_are_put_away_and_come_back(page, browser):
             other.until(lambda is_away=is_away: (box(other, LEFT)["width"] == LAPTOP[0]) == is_away)
 
 
-@pytest.mark.parametrize("hides", [False, True])
-def test_notices_never_lie_over_the_picture(page, resized, hides):
-    resized((1280, 800))
-    away = page.page.get_by_role("button", name="3D", exact=True)
-    if hides:
-        away.click()
-    page.app.notify("A title", "A sentence. " * 12, "yellow", None)
-    notice = page.page.get_by_role("alert").filter(has_text="A sentence.")
-    notice.wait_for()
-    page.until(lambda: notice.bounding_box()["x"] >= box(page, STAGE)["right"])  # it slides in
-    assert notice.bounding_box()["height"] > 40
-    notice.get_by_role("button").click()
-    if hides:
-        away.click()
-
-
 def test_everything_is_reached_and_worked_by_keys(page):
     open_tool(page, "Tank")
     page.rest()

@@ -48,7 +48,8 @@ function show() {
   if (now === null) return;
   find("#age").textContent = `${now.isLive ? `Picture ${ageS.toFixed(1)} s old` : "Not live"} · ${now.source}`;
   find("#reason").textContent = now.reason;
-  find("#target").textContent = now.target ?? "";
+  find("#target").textContent = now.target ?? ""; // where the figures lead, if not to the dock's ring
+  for (const label of document.querySelectorAll("[data-angle]")) label.textContent = `${label.dataset.angle}${now.target ? " off" : ""}`;
   for (const figure of document.querySelectorAll("[data-figure]")) {
     const words = now.figures?.[figure.dataset.figure] ?? "–";
     const isPlace = figure.nextElementSibling !== null;

@@ -61,6 +61,7 @@ def test_the_pilot_sees_the_figures_at_every_size_and_changes_nothing(browser):
         fits_at_every_size(page)
         app.change(lambda view: replace(view, dock=Dock(0.3, 10, entrance=Entrance(cone_deg=5.0))), reload=True)
         page.get_by_text("to the stand-off").wait_for()
+        assert words(page, "[data-angle=yaw]") == "yaw off"
         assert words(page, "[data-figure=ahead]") != "1.10 m"
         fits_at_every_size(page)
         page.get_by_role("link", name="Leave").click()

@@ -93,7 +93,7 @@ def pilot_numbers(analysis: Analysis, vehicle: Vehicle | None = None) -> dict[st
     else:
         way_m, way = _from_camera(guidance.frame, guidance.target_m), corridor_of(guidance, found.dock)
         pitch, yaw = (f"{words}°" for words in (number(guidance.pitch_off_deg, 0), number(guidance.yaw_off_deg, 0)))
-        told["target"] = f"to the {_TARGETS[guidance.target]}; angles off the way in"
+        told["target"] = f"to the {_TARGETS[guidance.target]}"
     figures = dict(zip(("ahead", "across", "along"), way_parts(*way_m), strict=True))
     figures |= {"pitch": pitch.removeprefix("pitch "), "yaw": yaw.removeprefix("yaw ")}
     figures["exact"] = "assumed" if analysis.view.assumed else MISSING

@@ -98,6 +98,7 @@ class Jobs extends HTMLElement {
 
   build() {
     this.chips = make("div", { class: "chips" });
+    new ResizeObserver(() => this.giveRoom()).observe(this.chips);
     this.words = make("div", { class: "words", tabindex: "0", title: "All of it is shown while the pointer or the focus is here." });
     this.append(
       this.chips, this.words,
@@ -123,6 +124,12 @@ class Jobs extends HTMLElement {
       chip.className = "chip";
       return chip;
     }));
+  }
+
+  // On small screens, where they have lines of their own.
+  giveRoom() {
+    const height = this.chips.childElementCount > 0 ? `${this.chips.offsetHeight + 4}px` : "0px";
+    document.documentElement.style.setProperty("--chips-height", height);
   }
 
   button(words, hint, act) {

@@ -79,13 +79,14 @@ function share(picture) {
   }
 }
 
-// Two bars to drag between picture, 3D view and tools, and panes that are put away: each browser remembers its own.
+// Two bars between picture, 3D view and tools, and panes that are put away: each browser remembers its own.
 const PANES = "dockpose panes";
 const panes = { right: null, scene: null, away: [], ...JSON.parse(localStorage.getItem(PANES) ?? "{}") };
-const BARS = { // what each sizes, from the pointer, as a share of the window
-  right: { least: 0.2, most: 0.6, of: (event) => 1 - event.clientX / innerWidth },
-  scene: { least: 0.12, most: 0.6, of: (event) => (event.clientY - viserPage.top()) / innerHeight },
+const BARS = { // what each sizes, from where the bar is, as a share of the window; its keys, which make that larger and smaller
+  right: { words: "Width of 3D view and tools", least: 0.2, most: 0.6, of: (x) => 1 - x / innerWidth, keys: ["ArrowLeft", "ArrowRight"] },
+  scene: { words: "Height of the 3D view", least: 0.12, most: 0.6, of: (x, y) => (y - viserPage.top()) / innerHeight, keys: ["ArrowDown", "ArrowUp"] },
 };
+const STEP = 0.02;
 
 function layPanes() {
   const { style, dataset } = document.documentElement;
@@ -115,17 +116,32 @@ function paneButton(button) {
   layPanes();
 }
 
+function sizePane(name, share) {
+  const { least, most } = BARS[name];
+  keepPanes({ [name]: Math.min(Math.max(share, least), most), away: panes.away.filter((one) => one !== name) });
+}
+
 function addBar(name) {
+  const { words, least, most, of, keys } = BARS[name];
   const bar = document.createElement("div");
   bar.id = `bar-${name}`;
-  [bar.role, bar.title] = ["separator", "Drag to share the room; double click puts away what is beyond, or brings it back."];
+  [bar.role, bar.tabIndex, bar.ariaLabel, bar.ariaOrientation] = ["separator", 0, words, name === "right" ? "vertical" : "horizontal"];
+  bar.title = "Drag, or press arrows, to share the room; double click or Enter puts away what is beyond, or brings it back.";
   bar.addEventListener("pointerdown", (event) => event.button === 0 && bar.setPointerCapture(event.pointerId));
   bar.addEventListener("pointermove", (event) => {
-    if (!bar.hasPointerCapture(event.pointerId) || panes.away.includes(name)) return;
-    const { least, most, of } = BARS[name];
-    keepPanes({ [name]: Math.min(Math.max(of(event), least), most) });
+    if (bar.hasPointerCapture(event.pointerId) && !panes.away.includes(name)) sizePane(name, of(event.clientX, event.clientY));
   });
   bar.addEventListener("dblclick", () => togglePane(name));
+  bar.addEventListener("keydown", (event) => {
+    const { left, top, width, height } = bar.getBoundingClientRect();
+    const now = of(left + width / 2, top + height / 2);
+    const share = { [keys[0]]: now + STEP, [keys[1]]: now - STEP, Home: least, End: most }[event.key];
+    if (share !== undefined) sizePane(name, share);
+    else if (event.key === "Enter") togglePane(name);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  });
   document.body.append(bar);
 }
 layPanes();

@@ -143,10 +143,11 @@ export function drawMask([left, top, width, height], index, viewport) {
   return titled(makeSvg("g", { "data-mask": index }, box, words("masked", [x + 4, y + 15], "mask", "start")), "not looked at");
 }
 
-// A bar of a round length at the dock's distance.
+// A bar of a round length at the dock's distance; where the buttons leave room.
 function drawScale(overlay, viewport) {
   if (overlay.scale === null) return [];
-  const [right, y] = [viewport.wide - 10, viewport.high - 10];
+  const isNarrow = viewport.wide < 480;
+  const [right, y] = [viewport.wide - (isNarrow ? 58 : 10), viewport.high - (isNarrow ? 48 : 10)];
   const left = right - overlay.scale.px * viewport.scale;
   if (left < 0) return [];
   return [line(`M${left} ${y}H${right}`, "scale"), words(`${overlay.scale.words} at the dock`, [right, y - 7], "", "end")];

@@ -48,6 +48,8 @@ function show() {
   if (now === null) return;
   find("#age").textContent = `${now.isLive ? `Picture ${ageS.toFixed(1)} s old` : "Not live"} · ${now.source}`;
   find("#reason").textContent = now.reason;
+  find("#target").textContent = now.target ?? ""; // where the figures lead, if not to the dock's ring
+  for (const label of document.querySelectorAll("[data-angle]")) label.textContent = `${label.dataset.angle}${now.target ? " off" : ""}`;
   for (const figure of document.querySelectorAll("[data-figure]")) {
     const words = now.figures?.[figure.dataset.figure] ?? "–";
     const isPlace = figure.nextElementSibling !== null;
@@ -87,13 +89,14 @@ function drawCorridor(box, words, offset, headingDeg) {
     const scale = Math.min((wide - 40) / length, (high - 12) / 2 / (entrance + opening * length));
     const [x, y, middle] = [(one) => wide - 20 - one * scale, (one) => high / 2 + one * scale, high / 2];
     const [near, far] = [entrance, entrance + opening * length].map((one) => one * scale);
+    const rim = Math.max(near, 6);
     parts.unshift(
       svg("path", { class: "way", d: `M${x(0)} ${middle - near}L${x(length)} ${middle - far}V${middle + far}L${x(0)} ${middle + near}Z` }),
       svg("path", { class: "axis", d: `M${x(0)} ${middle}H${x(length)}`, "stroke-dasharray": "6 6" }),
-      svg("path", { class: "dock", d: `M${x(0)} ${middle - 2 * near}V${middle - near}M${x(0)} ${middle + near}V${middle + 2 * near}` }),
+      svg("path", { class: "dock", d: `M${x(0)} ${middle - near - rim}V${middle - near}M${x(0)} ${middle + near}V${middle + near + rim}` }),
     );
     const clipped = Math.min(Math.max(y(offset), 15), high - 15);
-    const turn = `translate(${x(ahead)} ${clipped}) rotate(${headingDeg})`;
+    const turn = `translate(${Math.min(x(ahead), wide - 15)} ${clipped}) rotate(${headingDeg})`;
     parts.push(svg("path", { class: "vehicle", d: "M14 0L-10 9V-9Z", transform: turn }), svg("text", { x: 4, y: high - 6 }, `${length.toFixed(1)} m`));
   }
   box.replaceChildren(...parts);

@@ -11,6 +11,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.export.mavlink import Autopilot
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER, Options
 from dockpose.sources import Kind, kind_of
+from dockpose.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from dockpose.app.web.app import App
@@ -70,6 +71,7 @@ def _options(arguments: argparse.Namespace) -> Options:
         raise UserError(f"--folder {folder}: there is no such folder")
     if sessions.exists() and not sessions.is_dir():
         raise UserError(f"--sessions {sessions}: is not a folder")
+    vehicle = vehicle_of(arguments)
     return Options(
         allow_hosts=tuple(arguments.allow_host),
         folder=None if folder is None else folder.resolve(),
@@ -79,16 +81,14 @@ def _options(arguments: argparse.Namespace) -> Options:
         view_link=arguments.view_token,
         wishes=wishes_of(arguments, [] if arguments.source is None else [arguments.source]),
         topic=arguments.topic,
-        autopilot=_autopilot(arguments),
+        autopilot=_autopilot(arguments, vehicle),
+        vehicle=vehicle,
     )
 
 
-def _autopilot(arguments: argparse.Namespace) -> Autopilot | None:
+def _autopilot(arguments: argparse.Namespace, vehicle: Vehicle | None) -> Autopilot | None:
     """The link to an autopilot, on which nothing is sent until somebody switches it on on the page."""
-    vehicle = vehicle_of(arguments)
     if arguments.mavlink is None:
-        if vehicle is not None:
-            raise UserError(f"--vehicle {arguments.vehicle} needs --mavlink beside it")
         return None
     if arguments.source is None or kind_of(arguments.source) not in (Kind.CAMERA, Kind.STREAM):
         raise UserError(f"--mavlink {arguments.mavlink}: sends what is seen now; give a camera or a stream")

@@ -109,10 +109,15 @@ def place_words(pose: CirclePose | KnownPose) -> str:
 
 def place_parts(pose: CirclePose | KnownPose) -> tuple[str, ...]:
     """Return the five parts of :func:`place_words`."""
-    x, y, z, pitch, yaw = pose_values(pose)
-    across = f"{_short_length(x)} {'right' if x >= 0 else 'left'}"
-    along = f"{_short_length(y)} {'down' if y >= 0 else 'up'}"
-    return f"{_short_length(z)} ahead", across, along, f"pitch {number(pitch, 0)}°", f"yaw {number(yaw, 0)}°"
+    *_, pitch, yaw = pose_values(pose)
+    return *way_parts(*map(float, pose.position_m)), f"pitch {number(pitch, 0)}°", f"yaw {number(yaw, 0)}°"
+
+
+def way_parts(right_m: float, down_m: float, ahead_m: float) -> tuple[str, str, str]:
+    """Return where something is, as seen by who looks ahead: "1.10 m ahead", "6 cm right" and "4 cm up"."""
+    across = f"{_short_length(100 * right_m)} {'right' if right_m >= 0 else 'left'}"
+    along = f"{_short_length(100 * down_m)} {'down' if down_m >= 0 else 'up'}"
+    return f"{_short_length(100 * ahead_m)} {'ahead' if ahead_m >= 0 else 'behind'}", across, along
 
 
 def deviation_words(sigma_m: float | None) -> str:

@@ -25,10 +25,26 @@ MEASURED_LIMITS = {**dict.fromkeys(("x (cm)", "y (cm)", "z (cm)"), 5000.0), "θx
 
 
 def with_lights(view: View, value: Any) -> View:
-    """Set the number of lights, 0 for unknown; angles and colours that were given light by light are dropped."""
+    """Set the number of lights, 0 for unknown; what was given light by light is dropped."""
     number = round(checked_number("The number of lights", value))
     lights = None if number <= 0 else min(max(number, _MIN_LIGHTS), MAX_LIGHTS)
-    return view if lights == view.dock.lights else replace(view, dock=Dock(view.dock.diameter, lights))
+    if lights == view.dock.lights:
+        return view
+    return _with_dock(view, lights=lights, angles_deg=(), colours=(), offsets_m=())
+
+
+def _with_dock(view: View, **changes: Any) -> View:
+    if view.dock.rings:
+        raise UserError(rings_sentence(view.dock))
+    return replace(view, dock=changed(view.dock, **changes))
+
+
+def rings_sentence(dock: Dock) -> str:
+    """Say where the numbers of a dock of several rings come from; empty of one ring."""
+    if not dock.rings:
+        return ""
+    rings = ", ".join(f"{ring.name} {100 * ring.diameter:g} cm with {ring.lights} lights" for ring in dock.rings)
+    return f"This dock has {len(dock.rings)} rings ({rings}): change them in its file."
 
 
 def with_angles(view: View, text: Any) -> View:
@@ -36,14 +52,15 @@ def with_angles(view: View, text: Any) -> View:
     angles = _numbers(text)
     dock = view.dock
     if not angles:
-        return replace(view, dock=changed(dock, angles_deg=()))
+        return _with_dock(view, angles_deg=())
     if not _MIN_LIGHTS <= len(angles) <= MAX_LIGHTS:
         raise UserError(
             f"There {'is 1 light angle' if len(angles) == 1 else f'are {len(angles)} light angles'}; a dock has "
             f"{_MIN_LIGHTS} to {MAX_LIGHTS} lights."
         )
     colours = dock.colours if len(dock.colours) == len(angles) else ()
-    return replace(view, dock=changed(dock, lights=len(angles), angles_deg=angles, colours=colours))
+    offsets_m = dock.offsets_m if len(dock.offsets_m) == len(angles) else ()
+    return _with_dock(view, lights=len(angles), angles_deg=angles, colours=colours, offsets_m=offsets_m)
 
 
 def angles_text(dock: Dock) -> str:
@@ -52,12 +69,14 @@ def angles_text(dock: Dock) -> str:
 
 
 def dropped_sentence(before: Dock, after: Dock) -> str:
-    """Say which angles and colours were dropped with a new number of lights; empty if none were."""
+    """Say what was dropped with a new number of lights; empty if nothing was."""
     parts = []
     if before.angles_deg and not after.angles_deg:
         parts.append(f"the {len(before.angles_deg)} angles, so the lights are taken to be evenly spaced")
     if before.colours and not after.colours:
         parts.append(f"the {len(before.colours)} colours, so the lights are taken to be all alike")
+    if before.offsets_m and not after.offsets_m:
+        parts.append(f"the {len(before.offsets_m)} measured places, so the lights are taken to be on the circle")
     if not parts:
         return ""
     return f"With another number of lights these no longer fit: {'; '.join(parts)}. Undo (Ctrl+Z) brings them back."

@@ -36,7 +36,6 @@ class Remembered(msgspec.Struct, frozen=True):
 
     settings: Settings = Settings()
     dark: bool | None = None  # None as long as the page follows the browser's system
-    shows_first_card: bool = True
     tank: Tank = Tank()
     sample: str | None = None  # name of the last picture where it was a sample
     upload: str | None = None  # its name where it was sent; the pixels are kept beside
@@ -142,7 +141,7 @@ class Memory:
 
     def _read(self) -> Remembered:
         if self._path is None:
-            return Remembered(shows_first_card=False)
+            return Remembered()
         try:
             kept = msgspec.convert(read_yaml(self._path), Remembered)
         except (ValueError, RecursionError):

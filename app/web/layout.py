@@ -13,7 +13,7 @@ from dockpose.app.web.panels.export import ExportPanel
 from dockpose.app.web.panels.picture import StripPanel, ViewpointPanel, status_html, table_html
 from dockpose.app.web.panels.pilot import PilotPanel
 from dockpose.app.web.panels.play import SequencePanel
-from dockpose.app.web.panels.settings import SettingsPanel
+from dockpose.app.web.panels.settings import SettingsPanel, steps_html
 from dockpose.app.web.panels.source import SimulatorPanel, SourcePanel
 from dockpose.app.web.panels.tank import BudgetPanel, CameraPanel, ChipsPanel, TanksPanel
 from dockpose.app.web.panels.view import PicturePanel
@@ -92,6 +92,7 @@ class Layout:
             }
             wishes = WishBox(gui, "Done on the page", wished)
             gui.add_html(f'<dockpose-jobs channel="{wishes.channel}"></dockpose-jobs>')
+            gui.add_html(steps_html())
             shown = gui.add_tab_group()
             with shown.add_tab("Picture", viser.Icon.SCAN_EYE):
                 self._made[PicturePanel] = PicturePanel(app)

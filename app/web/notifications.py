@@ -28,6 +28,7 @@ class Notifications:
             if handle is not None and told == title and now - at_s < _RUSH_S:
                 sentences = [*sentences, sentence]
                 handle.body = together(sentences)
+                handle.auto_close_seconds = SHOWN_S + len(sentences) / 1000  # only another time starts it again
             else:
                 handle = client.add_notification(title, sentence, color=colour, auto_close_seconds=SHOWN_S)
                 sentences = [sentence]

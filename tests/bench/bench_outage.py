@@ -17,7 +17,6 @@ WITHIN_S = 5.0
 def test_an_open_page_is_back_by_itself(browser, port, tmp_path, outage_s):
     with visit(browser, None) as page:
         with App(port=port, options=Options(remember_in=tmp_path)) as page.app:
-            page.app.memory.change(shows_first_card=False)
             began_s = time.monotonic()
             page.page.goto(page.app.address)
             page.page.locator("#strip", has_text="Dock found").wait_for()

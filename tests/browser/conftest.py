@@ -96,11 +96,11 @@ def opened(browser, app):
 
 
 @contextlib.contextmanager
-def visit(browser, app, **options):
-    """A page of its own, on a laptop unless the options of its context say otherwise."""
+def visit(browser, app, *, first=False, **options):
+    """A page of its own, on a laptop unless the options of its context say otherwise; of a ``first`` visit, or not."""
     options = {"viewport": {"width": LAPTOP[0], "height": LAPTOP[1]}} | options
     with contextlib.closing(browser.new_context(**options)) as context:
-        yield Page(context.new_page(), app)
+        yield Page(context.new_page(), app, first=first)
 
 
 @pytest.fixture
@@ -140,8 +140,10 @@ def resized(page):
 class Page:
     """The page as a person reads and works it."""
 
-    def __init__(self, page, app):
+    def __init__(self, page, app, *, first=False):
         self.page, self.app = page, app
+        if not first:
+            page.add_init_script("if (location.protocol === 'http:') localStorage.setItem('dockpose steps', 'seen')")
         page.set_default_timeout(1000 * HANGS_S)
         self.errors = []
         page.on("pageerror", lambda error: self.errors.append(str(error)))

@@ -2,7 +2,7 @@
 // over one another, and something that scrolls within something that scrolls.
 ({ leastTargetPx, leastTextPx, leastContrast }) => {
   const faults = new Set();
-  const TARGETS = "button, input, select, textarea, a[href], summary, [role=tab], [role=slider], [role=button], [tabindex='0']";
+  const TARGETS = "button, input, select, textarea, a[href], summary, [role=tab], [role=slider], [role=button], [tabindex='0']:not([role=separator])"; // a bar is long and thin
   const words = (one) => (one.getAttribute("aria-label") || one.value || one.textContent || "").trim().slice(0, 40) || one.id || one.className;
   const name = (one) => `${one.tagName.toLowerCase()} "${words(one)}"`;
   const style = (one) => getComputedStyle(one);

@@ -3,6 +3,8 @@
 import sys
 from pathlib import Path
 
+from dockpose import Dock, Entrance
+from dockpose.app.state.camera import with_own_dock
 from dockpose.app.state.view import open_source
 from dockpose.app.web.app import App
 from playwright.sync_api import sync_playwright
@@ -24,9 +26,6 @@ def main() -> int:
         browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
         page = Page(browser.new_page(viewport={"width": 1366, "height": 768}), app)
         page.open()
-        start = page.page.get_by_role("button", name="Start")
-        if start.count():
-            start.click()
         app.change(lambda _: open_source("sample_images/tilted.png", None, None), reload=True)
         page.tab("Detect")
         _shoot(page, "screenshot.png")
@@ -40,9 +39,18 @@ def main() -> int:
         page.tab("Play")
         page.choose("Sequence", "simulated approach")
         page.page.get_by_role("button", name="Play", exact=True).click()
-        page.until(lambda: app.view.source.startswith("simulated approach, frame 300"), 60)
+        page.until(
+            lambda: app.view.list_name == "sequence" and int(app.view.source.split()[3]) >= 300
+        )  # frames pass by
         page.page.get_by_role("button", name="Pause", exact=True).click()
         _shoot(page, "screenshot-sequence.png")
+        before_entrance = Dock(0.30, 10, entrance=Entrance(radius_m=0.05))
+        app.change(
+            lambda _: with_own_dock(open_source("sample_images/plain.png", None, None), before_entrance), reload=True
+        )
+        page.page.goto(app.address.replace("/?", "/pilot?"))
+        page.page.get_by_text("to the entrance").or_(page.page.get_by_text("to the stand-off")).wait_for()
+        _shoot(page, "screenshot-pilot.png")
         browser.close()
     return 0
 

@@ -17,7 +17,6 @@ pytestmark = pytest.mark.browser
 @pytest.fixture(scope="module")
 def app(tmp_path_factory):
     with App(port=0, options=Options(remember_in=tmp_path_factory.mktemp("settings"))) as running:
-        running.memory.change(shows_first_card=False)
         yield running
 
 

@@ -14,30 +14,39 @@ def app(tmp_path_factory):
         yield running
 
 
-@pytest.fixture(scope="module")
-def opened(browser, app):
-    """The first opening: the card is there, and a click takes it away for good."""
-    with visit(browser, app, accept_downloads=True) as page:
-        page.open()
-        dismiss_card(page)
-        yield page
-
-
-def dismiss_card(page):
-    page.page.get_by_text("You see a simulated dock").wait_for()
-    page.page.get_by_role("button", name="Start").click()
-    page.page.get_by_text("You see a simulated dock").wait_for(state="hidden")
-
-
 def blur(page):
     page.page.evaluate("document.activeElement.blur()")
 
 
-def test_first_card_is_gone_for_good_and_comes_back_when_asked(page):
-    assert not page.app.memory.now.shows_first_card
-    page.tab("Settings")
-    page.page.get_by_role("button", name="Show the first card").click()
-    dismiss_card(page)
+STEPS = ("1 of 5: The picture", "2 of 5: Your camera", "3 of 5: The two poses", "4 of 5: How", "5 of 5: Take")
+
+
+def test_first_visit_is_shown_around_in_five_steps_which_come_back_only_when_asked_for(browser, app):
+    with visit(browser, app, first=True) as page:
+        page.open()
+        strip = page.page.locator("dockpose-steps")
+        for words in STEPS:
+            strip.get_by_text(words).wait_for()
+            assert page.page.locator("[data-step-here]").count() == 1
+            picture = page.page.locator("dockpose-picture .stage").bounding_box()
+            assert picture["y"] + picture["height"] <= strip.bounding_box()["y"]
+            strip.get_by_role("button", name="Done" if words == STEPS[-1] else "Next").click()
+        strip.wait_for(state="hidden")
+        page.tab("Settings")
+        page.page.get_by_role("button", name="Show the first steps").click()
+        strip.get_by_text(STEPS[0]).wait_for()
+        strip.get_by_role("button", name="Skip").click()
+        page.page.reload()
+        page.page.locator("#candidates tbody tr").first.wait_for()
+        page.page.locator("dockpose-steps").wait_for(state="hidden")
+        assert page.page.locator("[data-step-here]").count() == 0
+
+
+def test_viewers_are_not_shown_around(browser):
+    with App(port=0, options=Options(view_link=True)) as app, visit(browser, app, first=True) as page:
+        page.page.goto(app.addresses(for_viewers=True)[0])
+        page.page.locator("dockpose-steps").wait_for(state="attached")
+        assert page.page.locator("dockpose-steps").is_hidden()
 
 
 def test_undo_and_redo_by_keys_and_buttons(page):

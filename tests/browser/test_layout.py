@@ -286,6 +286,36 @@ def test_bars_share_the_room_and_each_browser_remembers(page, browser):
     assert box(page, LEFT)["width"] == left  # the other browser has its own
 
 
+def test_bars_are_moved_by_keys_and_their_focus_is_seen(page, browser):
+    with visit(browser, page.app) as other:
+        other.open()
+        wide, high = LAPTOP
+        moves = {
+            "right": (("ArrowLeft", 0.02), ("ArrowRight", -0.02), ("ArrowUp", 0.0)),
+            "scene": (("ArrowDown", 0.02), ("ArrowUp", -0.02), ("ArrowLeft", 0.0)),
+        }
+        sizes = {
+            "right": lambda: box(other, RIGHT)["width"] / wide,
+            "scene": lambda: box(other, CANVAS)["height"] / high,
+        }
+        for name, keys in moves.items():
+            bar, size = other.page.locator(f"#bar-{name}"), sizes[name]
+            for key, by in keys:
+                expected = size() + by
+                bar.press(key)
+                other.until(lambda size=size, expected=expected: size() == pytest.approx(expected, abs=0.004))
+            assert bar.evaluate("one => getComputedStyle(one).outlineStyle") == "solid"
+            before = size()
+            bar.press("End")
+            other.until(lambda size=size: size() == pytest.approx(0.6, abs=0.004))
+            bar.press("Home")
+            other.until(lambda size=size, before=before: size() < before)
+        other.page.locator("#bar-scene").press("Enter")
+        other.until(lambda: box(other, CANVAS)["right"] <= 0)
+        other.page.locator("#bar-scene").press("End")  # which brings it back
+        other.until(lambda: box(other, CANVAS)["right"] == wide)
+
+
 def test_3d_view_and_tools_are_put_away_and_come_back(page, browser):
     with visit(browser, page.app) as other:
         other.open()
@@ -302,22 +332,6 @@ def test_3d_view_and_tools_are_put_away_and_come_back(page, browser):
         for is_away in (True, False):
             other.page.locator("#bar-right").dblclick(position={"x": 2, "y": 300})
             other.until(lambda is_away=is_away: (box(other, LEFT)["width"] == LAPTOP[0]) == is_away)
-
-
-@pytest.mark.parametrize("hides", [False, True])
-def test_notices_never_lie_over_the_picture(page, resized, hides):
-    resized((1280, 800))
-    away = page.page.get_by_role("button", name="3D", exact=True)
-    if hides:
-        away.click()
-    page.app.notify("A title", "A sentence. " * 12, "yellow", None)
-    notice = page.page.get_by_role("alert").filter(has_text="A sentence.")
-    notice.wait_for()
-    page.until(lambda: notice.bounding_box()["x"] >= box(page, STAGE)["right"])  # it slides in
-    assert notice.bounding_box()["height"] > 40
-    notice.get_by_role("button").click()
-    if hides:
-        away.click()
 
 
 def test_everything_is_reached_and_worked_by_keys(page):

@@ -1,9 +1,10 @@
 """The pilot view on a phone, by the link for viewers, beside the operator's page; a source that goes and comes back."""
 
 import contextlib
+from dataclasses import replace
 
 import pytest
-from dockpose import Dock
+from dockpose import Dock, Entrance
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
 from dockpose.simulate import render
@@ -17,7 +18,7 @@ SIZES = [(390, 844), (844, 390), (768, 1024), (1366, 768), (1920, 1080)]
 PICTURE = render(random_scene(4, position_m=(0.1, -0.05, 1.2)))[0]
 # Elements that stick out of the window, and those that lie over each other.
 FAULTS = """() => {
-  const all = [...document.querySelectorAll("#trust, #age, a, b, i, svg.cross, svg.corridor")];
+  const all = [...document.querySelectorAll("#trust, #age, #target, a, b, i, svg.cross, svg.corridor")];
   const boxes = all.map((one) => [one, one.getBoundingClientRect()]).filter(([, box]) => box.width > 0);
   const isOut = ([, box]) => Math.min(box.left, box.top) < -1
     || box.right > innerWidth + 1 || box.bottom > innerHeight + 1;
@@ -35,6 +36,14 @@ def pilot_of(browser, app, size):
         yield seen.page
 
 
+def fits_at_every_size(page):
+    for wide, high in SIZES:
+        page.set_viewport_size({"width": wide, "height": high})
+        page.wait_for_function("wide => innerWidth === wide", arg=wide)
+        page.evaluate("() => new Promise((done) => setTimeout(() => requestAnimationFrame(done), 300))")
+        assert page.evaluate(FAULTS) == [], (wide, high)
+
+
 def words(page, selector="#trust"):
     return page.locator(selector).inner_text().strip()
 
@@ -49,11 +58,12 @@ def test_the_pilot_sees_the_figures_at_every_size_and_changes_nothing(browser):
         assert page.locator(".corridor .way").count() == page.locator(".corridor .vehicle").count() == 2
         assert "Not live · plain" in words(page, "#age")
         assert page.get_by_role("button").count() == page.locator("input").count() == 0
-        for wide, high in SIZES:
-            page.set_viewport_size({"width": wide, "height": high})
-            page.wait_for_function("wide => innerWidth === wide", arg=wide)
-            page.evaluate("() => new Promise((done) => setTimeout(() => requestAnimationFrame(done), 300))")
-            assert page.evaluate(FAULTS) == [], (wide, high)
+        fits_at_every_size(page)
+        app.change(lambda view: replace(view, dock=Dock(0.3, 10, entrance=Entrance(cone_deg=5.0))), reload=True)
+        page.get_by_text("to the stand-off").wait_for()
+        assert words(page, "[data-angle=yaw]") == "yaw off"
+        assert words(page, "[data-figure=ahead]") != "1.10 m"
+        fits_at_every_size(page)
         page.get_by_role("link", name="Leave").click()
         page.locator("#view-only").wait_for()
 

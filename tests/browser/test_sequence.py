@@ -203,7 +203,7 @@ def test_another_picture_closes_the_sequence(sequence):
     sequence.until(lambda: "Dock found in turbid" in sequence.status)
     sequence.tab("Play")
     sequence.until(lambda: sequence.box("Sequence").input_value() == NONE_CHOSEN)
-    assert "No sequence is chosen" in words(sequence)
+    assert "No sequence is open. Choose one here, or send a video" in words(sequence)
 
 
 def video(tmp_path):

@@ -27,7 +27,6 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def app(folder):
     with App(port=0, options=Options(remember_in=folder, folder=samples_folder())) as running:
-        running.memory.change(shows_first_card=False)
         yield running
 
 

@@ -167,7 +167,7 @@ def errors_html(analysis: Analysis, name: str) -> str:
     if error is not None:
         words = f"The chosen pose is {escape(str(error))}."
     if not rows:
-        rows.append(wide_row("No pose to compare.", 6))
+        rows.append(wide_row("No pose to compare: try another level above, or see all methods in <b>Compare</b>.", 6))
     return table(f"errors-{name}", QUANTITIES, rows, f"Estimated minus {name}. {words}")
 
 

@@ -191,7 +191,8 @@ class SequencePanel(Panel):
     def _numbers(self) -> dict[str, Any]:
         player, source, newest = self.player, self._source, self._newest
         if player is None or source is None:
-            return {"course": self._course, "name": None, "words": "No sequence is chosen."}
+            words = "No sequence is open. Choose one here, or send a video in Pictures."
+            return {"course": self._course, "name": None, "words": words}
         at, words, points = 0, "", []
         if newest is not None:
             at, words = newest.frame.index, sequence_words(newest, player.frames)

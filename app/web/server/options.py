@@ -5,6 +5,7 @@ from pathlib import Path
 
 from dockpose.app.export.mavlink import Autopilot
 from dockpose.sources import NO_WISHES, Wishes
+from dockpose.vehicle import Vehicle
 
 UPLOAD_LIMIT_BYTES = 200 * 2**20
 DEFAULT_PORT = 8080
@@ -26,6 +27,7 @@ class Options:
     wishes: Wishes = NO_WISHES  # what a camera is asked for that was given at the start
     topic: str | None = None  # of the bag that it starts with
     autopilot: Autopilot | None = None  # to which the page may send what it sees
+    vehicle: Vehicle | None = None  # that carries the camera
 
 
 DEFAULTS = Options()

@@ -16,7 +16,7 @@ PILOT_PATH = "/pilot.json"  # what the pilot view asks for
 _SCRIPTS = ("page.js", "connection.js")
 _MODULES = (
     *("link.js", "frame.js", "viewport.js", "overlay.js", "pixels.js", "tools.js", "flat.js"),
-    *("picture.js", "histogram.js", "jobs.js", "compare.js", "timeline.js", "scene.js"),
+    *("picture.js", "histogram.js", "jobs.js", "compare.js", "timeline.js", "scene.js", "steps.js"),
 )
 _STUDY = "<!-- study.html -->"  # where it stands in the help
 _ICON = '<link rel="icon" type="image/svg+xml" href="/icon.svg" />'

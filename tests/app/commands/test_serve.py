@@ -103,6 +103,15 @@ def test_an_autopilot_is_told_where_the_camera_sits(tmp_path, monkeypatch, told_
     assert not is_on
 
 
+def test_the_page_is_told_where_the_camera_sits_without_an_autopilot_too(tmp_path, monkeypatch, told_by):
+    (tmp_path / "v.yaml").write_text("T_body_camera: {position_m: [0.2, 0, 0]}\nframe: flu")
+    given = []
+    monkeypatch.setattr(web_app, "App", lambda *arguments: given.append(arguments[-1]) or FakeApp())
+    told_by("--vehicle", str(tmp_path / "v.yaml"))
+    assert given[0].vehicle.T_body_camera.position_m == (0.2, 0.0, 0.0)
+    assert given[0].autopilot is None
+
+
 def test_what_cannot_be_served_is_said(tmp_path, refusal):
     for words in (["gone.png"], ["serve", "--folder", str(tmp_path / "none")], ["serve", "--port", "70000"]):
         assert refusal(*words)
@@ -115,7 +124,7 @@ def test_what_cannot_be_served_is_said(tmp_path, refusal):
         (["plain", "--mavlink", "udpout:127.0.0.1:14550"], "give a camera or a stream"),
         (["rtp://:5600", "--mavlink", "there"], "--mavlink there: write it as udpout:127.0.0.1:14550"),
         (["rtp://:5600", "--mavlink", "udpout:127.0.0.1:9", "--mavlink-send", "all"], "--mavlink-send all: may be"),
-        (["rtp://:5600", "--vehicle", "v.yaml"], "--vehicle v.yaml needs --mavlink beside it"),
+        (["--vehicle", "gone.yaml"], "--vehicle: gone.yaml"),
         (["rtp://:5600", "--vehicle", "gone.yaml", "--mavlink", "udpout:127.0.0.1:9"], "--vehicle: gone.yaml"),
     ],
 )

@@ -9,6 +9,7 @@ from dockpose.app.state import changes as choices
 from dockpose.app.state.camera import with_these_as_mine
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import MeasuredPose, with_sample
+from dockpose.dock import DockRing, Entrance
 from dockpose.pose.known import KnownPose
 
 UNEVEN = (0.0, 30.0, 75.0, 120.0, 180.0, 250.5, 300.0)
@@ -73,11 +74,51 @@ def test_colours_stay_as_long_as_there_are_as_many(view):
 
 @pytest.mark.parametrize("number", [4, 8, 0])
 def test_another_number_of_lights_drops_what_no_longer_fits_and_says_so(view, number):
-    for values, word in (({"angles_deg": UNEVEN}, "7 angles"), ({"colours": ("red", "green", "blue")}, "3 colours")):
-        before = with_dock(view, **values)
+    colours, offsets_m = ("red", "green", "blue"), ((0.01, 0.0, 0.0),) * 3
+    kept = {"entrance": Entrance(radius_m=0.1), "lamp_depth_m": 0.02, "diameter_sigma_m": 0.001}
+    for name, values, word in (
+        ("angles_deg", UNEVEN, "7 angles"),
+        ("colours", colours, "3 colours"),
+        ("offsets_m", offsets_m, "3 measured places"),
+    ):
+        before = with_dock(view, **{name: values}, **kept)
         after = choices.with_lights(before, number)
-        assert after.dock == Dock(0.3, number or None)
+        assert after.dock == Dock(0.3, number or None, **kept)
         assert word in choices.dropped_sentence(before.dock, after.dock)
+
+
+def test_entrance_off_the_axis_needs_its_lights(view):
+    before = with_dock(view, lights=8, entrance=Entrance(position_m=(0.1, 0.0, 0.0)))
+    assert choices.with_lights(before, 10).dock.entrance == before.dock.entrance
+    with pytest.raises(ValueError, match="an entrance off the dock's axis needs them"):
+        choices.with_lights(before, 0)
+
+
+RINGS = tuple(
+    DockRing(diameter, lights, name=name) for name, diameter, lights in (("outer", 0.6, 8), ("inner", 0.2, 4))
+)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda view: choices.with_lights(view, 6),
+        lambda view: choices.with_angles(view, "0, 90, 200"),
+        lambda view: put(view, "diameter_cm", 50),
+    ],
+)
+def test_numbers_of_a_dock_of_rings_are_refused(view, change):
+    with pytest.raises(ValueError, match="ring"):
+        change(replace(view, dock=Dock(rings=RINGS)))
+
+
+def test_rings_are_told(view):
+    words = choices.rings_sentence(Dock(rings=RINGS))
+    assert (
+        words
+        == "This dock has 2 rings (outer 60 cm with 8 lights, inner 20 cm with 4 lights): change them in its file."
+    )
+    assert choices.rings_sentence(view.dock) == ""
 
 
 def test_same_number_of_lights_keeps_everything(view):

@@ -53,9 +53,8 @@ def test_last_settings_are_there_at_the_next_start(tmp_path):
     first = Memory(tmp_path / "dockpose")
     assert first.now == Remembered()
     first.change(settings=Settings(method="otsu", masks=((1, 2, 3, 4),)), dark=True)
-    first.change(shows_first_card=False)
     first.write()
-    assert Memory(tmp_path / "dockpose").now == Remembered(Settings(method="otsu"), True, False)
+    assert Memory(tmp_path / "dockpose").now == Remembered(Settings(method="otsu"), True)
 
 
 @pytest.mark.parametrize(
@@ -66,12 +65,12 @@ def test_broken_memory_is_as_none(tmp_path, content):
     assert Memory(tmp_path).now == Remembered()
 
 
-def test_memory_that_cannot_be_written_is_no_fault_and_without_a_folder_no_card_is_shown(tmp_path):
+def test_memory_that_cannot_be_written_is_no_fault(tmp_path):
     (tmp_path / "file").write_text("in the way")
     kept = Memory(tmp_path / "file" / "dockpose")
     kept.change(dark=True)
     kept.write()
-    assert not Memory(None).now.shows_first_card
+    assert not (tmp_path / "file" / "dockpose").exists()
 
 
 @pytest.mark.parametrize(

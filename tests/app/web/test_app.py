@@ -1,11 +1,13 @@
 import socket
+from types import SimpleNamespace
+from typing import Any
 from urllib.request import urlopen
 
 import pytest
 from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import with_psf, with_water
 from dockpose.app.web.app import App
-from dockpose.app.web.notifications import together
+from dockpose.app.web.notifications import SHOWN_S, Notifications, together
 from dockpose.app.web.server import start as opening
 from dockpose.app.web.server.start import PortBusyError
 from dockpose.app.web.server.viser_private import control
@@ -156,6 +158,18 @@ def test_what_is_refused_is_not_put_back(app):
 def test_notices_in_a_rush_are_one_text():
     assert together(["a", "b"]) == "a | b"
     assert together([str(number) for number in range(40)]) == "0 | 1 | 2 | 3 | 4 | (34 more) | 39"
+
+
+def test_a_notice_that_grows_is_shown_as_long_again():
+    notices, notice = Notifications(), SimpleNamespace(auto_close_seconds=SHOWN_S)
+    client: Any = SimpleNamespace(client_id=1, add_notification=lambda *words, **props: notice)
+    told_s = []
+    for sentence in "abc":
+        notices.show("Refused", sentence, "red", client)
+        told_s.append(notice.auto_close_seconds)
+    assert notice.body == "a | b | c"
+    assert told_s == sorted({*told_s})  # the browser begins anew only for another time
+    assert told_s[0] == SHOWN_S < told_s[-1] < SHOWN_S + 1
 
 
 def test_scene_that_cannot_be_rendered_is_told_and_leaves_what_was_shown(app, monkeypatch):

@@ -1,17 +1,21 @@
 """What the pilot view is told, by poses whose way to the dock is known by hand, and the age of the newest picture."""
 
 import json
+import math
+import re
 from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+from dockpose import Camera, Dock, Entrance, Mount, Vehicle
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_method
 from dockpose.app.web.panels import pilot
 from dockpose.app.web.panels.picture import StripPanel, place_html
-from dockpose.app.web.panels.pilot import corridor, pilot_numbers
+from dockpose.app.web.panels.pilot import corridor, guidance_html, pilot_numbers
 from dockpose.pose.circle import CirclePose
 
 SIDEWAYS = np.sqrt(0.5)
@@ -57,13 +61,68 @@ def test_the_pilot_reads_what_the_strip_says(analysis):
     assert "figures" not in nothing
 
 
+CAMERA = Camera(700, 700, 319.5, 239.5, 640, 480)
+NOSE = Vehicle(T_body_camera=Mount(position_m=(0.2, 0.0, 0.0)), frame="flu")  # its camera is 20 cm before its middle
+
+
+def seen(dock, place=(0.3, 0.1, 2.0)) -> Any:
+    """A dock square on, 2 m ahead, 30 cm to the right and 10 cm below: the camera is left of its axis, and above."""
+    found = SimpleNamespace(selected=pose(place, (0, 0, -1)), dock=dock, camera=CAMERA)
+    trust = SimpleNamespace(colour="green", verdict="Dock found", reasons=())
+    return SimpleNamespace(estimate=found, trust=trust, view=SimpleNamespace(assumed=frozenset(), source="tank"))
+
+
+def test_the_way_leads_to_the_entrance_by_the_docks_own_cone():
+    dock = Dock(0.3, 10, entrance=Entrance(radius_m=0.1))
+    told = pilot_numbers(seen(dock), NOSE)
+    figures = [told["figures"][name] for name in ("ahead", "across", "along")]
+    assert figures == ["2.20 m ahead", "30 cm right", "10 cm down"]
+    assert [told["figures"][name] for name in ("pitch", "yaw")] == ["0°", "0°"]
+    assert told["target"] == "to the entrance"
+    way = told["corridor"]
+    assert (way["ahead"], way["right"], way["down"], way["entrance"]) == pytest.approx((2.2, -0.3, -0.1, 0.1))
+    assert way["opening"] == pytest.approx(math.tan(math.radians(15)))
+    assert way["isInside"]  # 0.32 m off the axis, where 0.1 + 2.2 tan(15 degrees) = 0.69 m are allowed
+
+
+def test_from_outside_the_cone_it_leads_to_the_stand_off():
+    told = pilot_numbers(seen(Dock(0.3, 10, entrance=Entrance(cone_deg=5.0, standoff_m=0.8))))
+    assert told["figures"]["ahead"] == "1.20 m ahead"
+    assert told["target"] == "to the stand-off"
+    assert not told["corridor"]["isInside"]  # 0.32 m, and 2 tan(5 degrees) = 0.17 m are allowed
+
+
+def cells(html):
+    return re.findall(r"<t[dh][^>]*>([^<]*)</t[dh]>", html)
+
+
+def test_vehicle_and_way_stand_in_tables_and_nothing_where_neither_is_known():
+    entrance, plain = Dock(0.3, 10, entrance=Entrance()), Dock(0.3, 10)
+    assert guidance_html(None, seen(plain)) == ""
+    body = ["", "x ahead (cm)", "y left (cm)", "z up (cm)", "Dock", "220.0", "-30.0", "-10.0"]
+    normal = ["Its normal", "-1.00", "0.00", "0.00"]
+    assert cells(guidance_html(NOSE, seen(plain))) == [*body, *normal]
+    html = guidance_html(NOSE, seen(entrance))
+    assert cells(html)[-6:] == ["Vehicle", "220.0", "-30.0", "10.0", "0.0", "0.0"]
+    assert "Inside the cone, 8° off its axis: go to the entrance, 2.20 m ahead, 30 cm right, 10 cm down." in html
+    assert cells(guidance_html(None, seen(entrance)))[-6:] == ["Camera", "200.0", "-30.0", "10.0", "0.0", "0.0"]
+
+
+def test_vehicle_has_standard_errors_unless_something_is_assumed(analysis):
+    assert "one sigma" in guidance_html(NOSE, analysis)
+    assert "one sigma" not in guidance_html(NOSE, analyse(replace(analysis.view, dock_of="guess")))
+    assert guidance_html(NOSE, analyse(with_method(analysis.view, "fixed", 255))) == ""
+
+
 @pytest.fixture
 def panel(analysis, monkeypatch):
     now = SimpleNamespace(s=100.0)
     monkeypatch.setattr(pilot, "time", SimpleNamespace(monotonic=lambda: now.s))
     player = SimpleNamespace(frames=SimpleNamespace(is_live=True))
     made = object.__new__(pilot.PilotPanel)
-    made.analysis, made.app = None, SimpleNamespace(sequence=SimpleNamespace(player=player))  # pyright: ignore
+    options = SimpleNamespace(vehicle=None)
+    app: Any = SimpleNamespace(sequence=SimpleNamespace(player=player), options=options)
+    made.analysis, made.app = None, app
     made._told = None, {}
     made.show(analysis)
     return SimpleNamespace(panel=made, now=now, player=player)

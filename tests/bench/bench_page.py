@@ -171,9 +171,6 @@ def opened(browser, served: Served) -> Iterator[Page]:
     page = Page(browser.new_page(viewport={"width": 1366, "height": 768}), served)
     try:
         page.open()
-        start = page.page.get_by_role("button", name="Start")
-        if start.count():
-            start.click()  # puts the words of the first opening away
         page.page.wait_for_timeout(3000)
         yield page
     finally:

@@ -31,6 +31,7 @@ def test_the_version_is_the_same_everywhere():
     assert f"\nversion: {dockpose.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert re.findall(r"^## \[(\d.*?)\]", changes, re.MULTILINE)[0] == dockpose.__version__
+    assert f"dockpose {dockpose.__version__}," in (ROOT / "static" / "paper.html").read_text(encoding="utf-8")
 
 
 def told_in(pattern, text):

@@ -47,7 +47,7 @@ def pose_sigmas(pose: CirclePose, part: str | None = None) -> tuple[float | None
     """Return the one-sigma of each of :func:`pose_values`, in all or of one part; None where it is unknown."""
     if pose.errors is None:
         return (None,) * len(QUANTITIES)
-    (x, y, z), theta_rad = pose.errors.sigmas(part)
+    (x, y, z), theta_rad = pose.errors.sigmas[part]
     sigmas = (100 * x, 100 * y, 100 * z, *map(math.degrees, theta_rad))
     if math.isfinite(sum(sigmas)):
         return sigmas
@@ -68,7 +68,7 @@ def parts_words(pose: CirclePose, quantities: Iterable[int] = range(len(QUANTITI
     if errors is None:
         return [""] * len([*quantities])
     for part in errors.parts:
-        (x, y, z), theta_rad = errors.sigmas(part)
+        (x, y, z), theta_rad = errors.sigmas[part]
         rows.append((100 * x, 100 * y, 100 * z, *map(math.degrees, theta_rad), part))
     for quantity in quantities:
         rows.sort(key=itemgetter(quantity), reverse=True)

@@ -262,7 +262,7 @@ def _agreed(one: CirclePose, other: CirclePose, camera: Camera) -> tuple[CircleP
         each = [w @ errors.roots[name] for w, errors in zip(weights, pair, strict=True)]
         roots[name] = each[0] + each[1] if name == "camera" else np.hstack(each)  # of the camera the same number is off
     errors = PoseErrors(np.asarray(picture), mean.rotation, shared=KnownErrors(roots))
-    sigmas = errors.sigmas("picture")
+    sigmas = errors.sigmas["picture"]
     mean = replace(mean, errors=errors, sigma_position_m=sigmas[0], sigma_theta_rad=sigmas[1])
     return mean, float(apart @ np.linalg.inv(spread + 2 * np.diag(least)) @ apart)
 

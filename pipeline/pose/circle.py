@@ -84,12 +84,12 @@ class CirclePose:
     @cached_property
     def sigma_total_position_m(self) -> tuple[float, float, float] | None:
         """Standard errors of x, y, z with those that all pictures share: the truth is within 1.96 of them in 95 %."""
-        return None if self.errors is None else self.errors.sigmas()[0]
+        return None if self.errors is None else self.errors.sigmas[None][0]
 
     @cached_property
     def sigma_total_theta_rad(self) -> tuple[float, float] | None:
         """Standard errors of theta_x and theta_y in radians, likewise."""
-        return None if self.errors is None else self.errors.sigmas()[1]
+        return None if self.errors is None else self.errors.sigmas[None][1]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values with their units in the names; angles in degrees, None for what was not computed."""

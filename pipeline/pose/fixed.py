@@ -34,6 +34,6 @@ def fixed_to(pose: CirclePose, dock: Dock, position_m: Vector, normal: Vector, c
     known: dict[str, Any] = {"roll_rad": math.atan2(along_y, along_x), "rms_px": pose.rms_px}
     if pose.errors is not None:
         errors = pose.errors.carried(lever_m, moved.rotation)
-        sigmas = errors.sigmas("picture")
+        sigmas = errors.sigmas["picture"]
         known |= {"errors": errors, "sigma_position_m": sigmas[0], "sigma_theta_rad": sigmas[1]}
     return replace(moved, **known)

@@ -261,12 +261,9 @@ class PoseErrors:
         """Sum (6, 6) of all parts."""
         return np.sum(list(self.parts.values()), axis=0)
 
-    def sigmas(self, part: str | None = None) -> tuple[tuple[float, float, float], tuple[float, float]]:
-        """Standard errors of x, y, z in metres and of theta_x, theta_y in radians, of one part or in all."""
-        return self._sigmas[part]
-
     @cached_property
-    def _sigmas(self) -> dict[str | None, tuple[tuple[float, float, float], tuple[float, float]]]:
+    def sigmas(self) -> dict[str | None, tuple[tuple[float, float, float], tuple[float, float]]]:
+        """Standard errors of x, y, z in metres and of theta_x, theta_y in radians, of each part; None: in all."""
         each: dict[str | None, np.ndarray] = {None: self.total, **self.parts}
         return {part: deviations(covariance, self.rotation, 1.0) for part, covariance in each.items()}
 

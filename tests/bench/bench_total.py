@@ -34,7 +34,7 @@ def held(pose: CirclePose, position_m: np.ndarray, normal: np.ndarray) -> tuple[
     off = np.abs(signed_errors(pose, position_m, normal))
     outcomes = []
     for part in ("picture", None):
-        position, theta = pose.errors.sigmas(part)
+        position, theta = pose.errors.sigmas[part]
         outcomes.append((off <= 1.96 * np.array([*position, *np.degrees(theta)])).tolist())
     return outcomes[0], outcomes[1]
 

@@ -98,7 +98,7 @@ def pilot_numbers(analysis: Analysis, vehicle: Vehicle | None = None) -> dict[st
     figures |= {"pitch": pitch.removeprefix("pitch "), "yaw": yaw.removeprefix("yaw ")}
     figures["exact"] = "assumed" if analysis.view.assumed else MISSING
     if pose.errors is not None and not analysis.view.assumed:
-        position_m, theta_rad = pose.errors.sigmas()
+        position_m, theta_rad = pose.errors.sigmas[None]
         sigmas_m = position_m if guidance is None else guidance.sigma_total_m or position_m
         known = deviation_words(max(sigmas_m)) or MISSING
         figures["exact"] = f"{known}, ± {sigma_words(math.degrees(max(theta_rad)))}°"

@@ -35,7 +35,7 @@ def pose_by(camera: Camera, dock: Dock, points_px: np.ndarray) -> CirclePose:
 def part(pose: CirclePose, name: str) -> tuple[float, ...]:
     """Standard errors of x, y, z in metres and of both angles in radians that come from one part."""
     assert pose.errors is not None
-    position, theta = pose.errors.sigmas(name)
+    position, theta = pose.errors.sigmas[name]
     return *position, *theta
 
 
@@ -133,7 +133,7 @@ def test_a_pose_says_what_comes_from_what():
     assert errors is not None
     assert tuple(errors.parts) == PARTS
     assert errors.total == pytest.approx(sum(errors.parts.values()))
-    assert replace(errors, shared=None).sigmas()[0] == pytest.approx(pose.sigma_position_m)
+    assert replace(errors, shared=None).sigmas[None][0] == pytest.approx(pose.sigma_position_m)
 
 
 def test_where_all_is_exact_the_total_is_the_pictures():

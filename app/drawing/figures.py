@@ -104,7 +104,8 @@ def _draw(axes: "Axes", estimate: Estimate, layers: Collection[str]) -> None:
             axes.plot([], [], **style, label=_pose_words(estimate, index))
     outline = geometry.outline(estimate)
     if "ellipse" in layers and outline is not None:
-        style = {"color": colours.ELLIPSE_COLOUR, "linewidth": 0.8, "linestyle": "--"}
+        # Wider than the rim of a pose, which it would be lost in.
+        style = {"color": colours.ELLIPSE_COLOUR, "linewidth": 1.2, "linestyle": "--"}
         _draw_line(axes, estimate, np.vstack([outline, outline[:1]]), **style)
         axes.plot([], [], **style, label="ellipse")
     if "lights" in layers:

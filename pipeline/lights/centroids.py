@@ -178,12 +178,12 @@ def _rise(one: np.ndarray, other: np.ndarray) -> float:
     numbers = len(one) + len(other)
     spread = _NORMAL * steps / max(1, numbers - 2)
     variance = np.pi / 2 * spread**2 * (1 / len(one) + 1 / len(other))
-    return _beyond_noise(rise, variance)
+    return beyond_noise(rise, variance)
 
 
 @compiled
-def _beyond_noise(value: float, variance: float) -> float:
-    """A value as far as it is beyond its noise."""
+def beyond_noise(value: float, variance: float) -> float:
+    """Return a value as far as it is beyond its noise."""
     square = value * value
     return value * square / (square + variance) if square > 0 else 0.0
 

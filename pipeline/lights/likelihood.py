@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from dockpose.compiled import compiled
-from dockpose.lights.centroids import is_nearest, median_along_edge, nearest, window_at
+from dockpose.lights.centroids import beyond_noise, is_nearest, median_along_edge, nearest, window_at
 from dockpose.lights.reprojection import solve
 
 # Rounds of Gauss and Newton's method. A centre that moves by less than this share of its standard deviation, while the
@@ -212,18 +212,11 @@ def _step(A: np.ndarray, right: np.ndarray, noise: float, is_sloped: bool) -> np
         found[:, 0] = right[:, 0]
         found[4, 1], found[5, 2] = 1.0, 1.0
         solve(whole, found)
-        slope_x = _beyond_noise(found[4, 0], _SURE * noise * found[4, 1])
-        slope_y = _beyond_noise(found[5, 0], _SURE * noise * found[5, 2])
+        slope_x = beyond_noise(found[4, 0], _SURE * noise * found[4, 1])
+        slope_y = beyond_noise(found[5, 0], _SURE * noise * found[5, 2])
     four, step = A[:4, :4].copy(), np.zeros((4, 3))
     for number in range(4):
         step[number, 0] = right[number, 0] - A[number, 4] * slope_x - A[number, 5] * slope_y
     step[0, 1], step[1, 2] = 1.0, 1.0
     solve(four, step)
     return step
-
-
-@compiled
-def _beyond_noise(value: float, variance: float) -> float:
-    """A value as far as it is beyond its noise."""
-    square = value * value
-    return value * square / (square + variance) if square > 0 else 0.0

@@ -248,8 +248,8 @@ class PoseErrors:
     @cached_property
     def parts(self) -> dict[str, np.ndarray]:
         """Covariances (6, 6), in m and rad as above, of what comes from this picture and of what all share."""
-        shared = {} if self.shared is None else self.shared.roots(self.rotation, self.noise)
-        return {"picture": self.noise**2 * self.covariance, **{name: root @ root.T for name, root in shared.items()}}
+        shared = {name: root @ root.T for name, root in self.roots.items()}
+        return {"picture": self.noise**2 * self.covariance, **shared}
 
     @cached_property
     def roots(self) -> dict[str, np.ndarray]:

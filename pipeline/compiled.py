@@ -34,19 +34,24 @@ def _load_without_blas() -> None:
 _load_without_blas()
 
 
-def compiled(loop: Callable[..., Any]) -> Any:
+def compiled(loop: Callable[..., Any], **more: Any) -> Any:
     """Compile a function on its first call, and keep the result where possible; not with ``NUMBA_DISABLE_JIT``."""
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return loop
     try:
-        return _kept(loop)
+        return _kept(loop, _HOW | more)
     except RuntimeError:  # numba found no folder that can be written
-        return _compiled_elsewhere(loop)
+        return _compiled_elsewhere(loop, _HOW | more)
 
 
-def _kept(loop: Callable[..., Any]) -> Any:
+def compiled_sum(loop: Callable[..., Any]) -> Any:
+    """Compile a sum whose terms may be added in any order, several at a time, which rounds otherwise."""
+    return compiled(loop, fastmath={"reassoc", "contract"})
+
+
+def _kept(loop: Callable[..., Any], how: dict[str, Any]) -> Any:
     """Compile on the first call and keep the result, unless the disk is full then, which must not end the run."""
-    function: Any = njit(cache=True, **_HOW)(loop)
+    function: Any = njit(cache=True, **how)(loop)
     # Numba's own stamp is of the function's file alone, but the functions that it calls are compiled into it.
     function._cache._cache_file._source_stamp = stamp_of_sources(_ROOT)
     keep = function._cache.save_overload
@@ -71,16 +76,16 @@ def on_compiling(tell: Callable[[int], object]) -> AbstractContextManager[None]:
     return event.install_listener("numba:compile", _Count(tell))
 
 
-def _compiled_elsewhere(loop: Callable[..., Any]) -> Any:
+def _compiled_elsewhere(loop: Callable[..., Any], how: dict[str, Any]) -> Any:
     folder = _temporary_folder()
     if folder is None:
-        return njit(**_HOW)(loop)
+        return njit(**how)(loop)
     before: str = getattr(config, _FOLDER)
     setattr(config, _FOLDER, str(folder))
     try:
-        return _kept(loop)
+        return _kept(loop, how)
     except RuntimeError:
-        return njit(**_HOW)(loop)
+        return njit(**how)(loop)
     finally:
         setattr(config, _FOLDER, before)
 

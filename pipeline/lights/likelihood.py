@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from dockpose.compiled import compiled
+from dockpose.compiled import compiled, compiled_sum
 from dockpose.lights.centroids import beyond_noise, is_nearest, median_along_edge, nearest, window_at
 from dockpose.lights.reprojection import solve
 
@@ -23,8 +23,11 @@ _SLOPED_PX, _SURE = 5.0, 4.0
 _FOOT = 0.2  # of a light's height, from which on its area is counted
 _SHAPELESS = 0.05  # share of a light's height by which a pixel may be off, root mean square, or it is no such disc
 _FARTHEST_PX, _FARTHEST = 0.5, 0.2  # from where it began, or a share of its radius: no light of this shape
-# Logistic approximation of the normal distribution, to 1.4e-4 (Page 1977).
-_LINEAR, _CUBIC = 1.5976, 0.07056
+# The normal distribution and its density from -_FLAT to _FLAT, in steps so small that lines between them are 1e-5 off.
+_PER_BLUR = 64
+_STEPS = np.arange(2 * int(_FLAT) * _PER_BLUR + 2) / _PER_BLUR - _FLAT
+_BELOW = np.array([(1 + math.erf(step / math.sqrt(2))) / 2 for step in _STEPS])
+_DENSITY = np.exp(-_STEPS * _STEPS / 2) / math.sqrt(2 * math.pi)
 
 
 @compiled
@@ -51,14 +54,11 @@ def _pixels(grey: np.ndarray, points: np.ndarray, light: int, far: int) -> tuple
     water = median_along_edge(grey, top, bottom, left, right)
     beside = nearest(points, light, 3.0 * far)
     pixels, count = np.empty(((bottom - top + 1) * (right - left + 1), 3)), 0
-    for y in range(top, bottom + 1):
-        mirrored_y = int(np.rint(2 * y0 - y))
-        for x in range(left, right + 1):
-            mirrored_x = int(np.rint(2 * x0 - x))
-            if not (top <= mirrored_y <= bottom and left <= mirrored_x <= right):
-                continue
+    across, down = int(np.rint(2 * x0)), int(np.rint(2 * y0))  # of a pixel and the one that mirrors it, together
+    for y in range(max(top, down - bottom), min(bottom, down - top) + 1):
+        for x in range(max(left, across - right), min(right, across - left) + 1):
             is_own = is_nearest(points, light, beside, x, y)
-            if is_own and is_nearest(points, light, beside, mirrored_x, mirrored_y):
+            if is_own and is_nearest(points, light, beside, across - x, down - y):
                 pixels[count, 0], pixels[count, 1], pixels[count, 2] = x, y, grey[y, x] - water
                 count += 1
     return pixels[:count], water
@@ -71,37 +71,33 @@ def _fit(pixels: np.ndarray, white: float, centre: np.ndarray, covariance: np.nd
     Its centre and the water's slope are odd about the centre and all else is even, so that neither depends on the
     other (Kay 1993, section 7.8). Pixels that are white, or that the light makes so, say nothing.
     """
-    shape, odd, even = _first_shape(pixels, white, centre), np.zeros(4), np.zeros((6, 1))
+    shape, odd = _first_shape(pixels, white, centre), np.array([centre[0], centre[1], 0.0, 0.0])
     if shape[0] <= 0:
         return
-    x0, y0, radius = centre[0], centre[1], shape[1]
-    odd[0], odd[1] = x0, y0
-    A, right, E = np.empty((6, 6)), np.empty((6, 1)), np.empty((6, 6))
-    is_sloped = radius > _SLOPED_PX and shape[0] < white
-    step, noise, before = np.zeros((4, 3)), 0.0, math.inf
+    is_sloped = shape[1] > _SLOPED_PX and shape[0] < white
+    reach = max(_FARTHEST_PX, _FARTHEST * shape[1])
+    odd_rows, even_rows = np.empty((7, len(pixels))), np.empty((7, len(pixels)))
+    step, noise = np.zeros((4, 3)), 0.0
     for _ in range(_ROUNDS):
-        squares, used = _sums(pixels, white, shape, odd, 6 if is_sloped else 4, A, right, E, even)
+        used = _rows(pixels, white, shape, odd, odd_rows, even_rows)
+        A, E = _products(odd_rows, used), _products(even_rows, used)
         if used < _LEAST_PIXELS or A[0, 0] <= 0 or A[1, 1] <= 0:
             return
-        noise = squares / max(1, used - _NUMBERS)
-        for number in range(6):
-            E[number, number] = E[number, number] * (1 + _DAMPED) + 1e-9
-        for number in (4, 5):
-            E[number, number] += max(noise, 1e-3) / _ROUND**2
-            even[number, 0] -= max(noise, 1e-3) / _ROUND**2 * shape[number]
-        solve(E, even)
-        _reshape(shape, even)
-        step = _step(A, right, noise, is_sloped)
+        squares, freedom = A[6, 6], max(1, used - _NUMBERS)
+        noise = squares / freedom
+        fallen = _change_shape(shape, E, max(noise, 1e-3) / _ROUND**2)
+        step = _step(A, noise, is_sloped)
         shift = min(1.0, _FARTHEST_PX / max(1e-12, math.hypot(step[0, 0], step[1, 0])))
         for number in range(4):
             odd[number] += shift * step[number, 0]
+            fallen += step[number, 0] * A[number, 6]
         sigma = math.sqrt(noise * (step[0, 1] + step[1, 2]))
-        if math.hypot(step[0, 0], step[1, 0]) < _SETTLED * sigma and noise > (1 - _FALLEN) * before:
+        if math.hypot(step[0, 0], step[1, 0]) < _SETTLED * sigma and fallen < _FALLEN * squares:
+            noise = (squares - fallen) / freedom
             break
-        before = noise
     if noise > (_SHAPELESS * min(shape[0], white)) ** 2:
         return
-    if not math.hypot(odd[0] - x0, odd[1] - y0) < max(_FARTHEST_PX, _FARTHEST * radius):
+    if not math.hypot(odd[0] - centre[0], odd[1] - centre[1]) < reach:
         return
     centre[0], centre[1] = odd[0], odd[1]
     for row in range(2):
@@ -126,72 +122,80 @@ def _first_shape(pixels: np.ndarray, white: float, centre: np.ndarray) -> np.nda
 
 
 @compiled
-def _sums(
-    pixels: np.ndarray,
-    white: float,
-    shape: np.ndarray,
-    odd: np.ndarray,
-    numbers: int,
-    A: np.ndarray,
-    right: np.ndarray,
-    E: np.ndarray,
-    even: np.ndarray,
-) -> tuple[float, int]:
-    """Normal equations of 4 odd numbers, 6 with the own slope, and of the even ones; squares; pixels that count."""
+def _rows(
+    pixels: np.ndarray, white: float, shape: np.ndarray, odd: np.ndarray, odd_rows: np.ndarray, even_rows: np.ndarray
+) -> int:
+    """Fill rows (7, K): slopes of the levels by the odd and the even numbers, and residuals; how many pixels count."""
     height, radius, blur, water, longer, askew = shape
-    A[:], right[:], E[:], even[:] = 0.0, 0.0, 0.0, 0.0
-    a, b = np.zeros(6), np.zeros(6)
-    squares, used = 0.0, 0
-    for x, y, level in pixels:
-        dx, dy = x - odd[0], y - odd[1]
+    over_blur, x0, y0, slope_x, slope_y = 1 / blur, odd[0], odd[1], odd[2], odd[3]
+    used = 0
+    for pixel in range(len(pixels)):
+        dx, dy, level = pixels[pixel, 0] - x0, pixels[pixel, 1] - y0, pixels[pixel, 2]
         off = math.sqrt(max((1 - longer) * dx * dx + (1 + longer) * dy * dy - 2 * askew * dx * dy, 1e-9))
-        inner, inner_slope = _normal((radius - off) / blur)
-        outer, outer_slope = _normal((radius + off) / blur)
+        inner, inner_slope = _normal((radius - off) * over_blur)
+        outer, outer_slope = _normal((radius + off) * over_blur)
         share = inner + outer - 1
-        expected = height * share + water + odd[2] * dx + odd[3] * dy
+        expected = height * share + water + slope_x * dx + slope_y * dy
         if expected >= white:
             continue
-        rest = level - expected
-        squares, used = squares + rest * rest, used + 1
-        if inner == 0:  # water alone
-            right[2, 0], right[3, 0], even[3, 0] = right[2, 0] + dx * rest, right[3, 0] + dy * rest, even[3, 0] + rest
-            A[2, 2], A[3, 2], A[3, 3], E[3, 3] = A[2, 2] + dx * dx, A[3, 2] + dx * dy, A[3, 3] + dy * dy, E[3, 3] + 1
-            continue
-        steep = height * (inner_slope - outer_slope) / (blur * off)  # of the flank, over the distance
-        a[0], a[1] = steep * ((1 - longer) * dx - askew * dy), steep * ((1 + longer) * dy - askew * dx)
-        a[2], a[3], a[4], a[5] = dx, dy, height * share * dx, height * share * dy
-        wider = inner_slope + outer_slope
-        b[0], b[1], b[3] = share, height * wider / blur, 1.0
-        b[2] = -height * (radius * wider + off * (outer_slope - inner_slope)) / (blur * blur)
-        b[4], b[5] = steep * (dx * dx - dy * dy) / 2, steep * dx * dy
-        for one in range(numbers):
-            right[one, 0] += a[one] * rest
-            for other in range(one + 1):
-                A[one, other] += a[one] * a[other]
-        for one in range(6):
-            even[one, 0] += b[one] * rest
-            for other in range(one + 1):
-                E[one, other] += b[one] * b[other]
-    for one in range(6):
-        for other in range(one):
-            A[other, one], E[other, one] = A[one, other], E[one, other]
-    return squares, used
+        steep = height * (inner_slope - outer_slope) * over_blur / off  # of the flank, over the distance
+        wider = height * (inner_slope + outer_slope) * over_blur
+        odd_rows[0, used] = steep * ((1 - longer) * dx - askew * dy)
+        odd_rows[1, used] = steep * ((1 + longer) * dy - askew * dx)
+        odd_rows[2, used], odd_rows[3, used] = dx, dy
+        odd_rows[4, used], odd_rows[5, used] = height * share * dx, height * share * dy
+        even_rows[0, used], even_rows[1, used], even_rows[3, used] = share, wider, 1.0
+        even_rows[2, used] = (off * off * steep - radius * wider) * over_blur
+        even_rows[4, used], even_rows[5, used] = steep * (dx * dx - dy * dy) / 2, steep * dx * dy
+        odd_rows[6, used] = even_rows[6, used] = level - expected
+        used += 1
+    return used
+
+
+@compiled
+def _products(rows: np.ndarray, used: int) -> np.ndarray:
+    """Sums (7, 7) of the products of each two rows (7, K), of their first so many pixels."""
+    products = np.empty((7, 7))
+    for one in range(7):
+        for other in range(one + 1):
+            products[one, other] = products[other, one] = _dot(rows[one, :used], rows[other, :used])
+    return products
+
+
+@compiled_sum
+def _dot(one: np.ndarray, other: np.ndarray) -> float:
+    """Sum of the products of two rows (K,)."""
+    total = 0.0
+    for pixel in range(len(one)):
+        total += one[pixel] * other[pixel]
+    return total
 
 
 @compiled
 def _normal(x: float) -> tuple[float, float]:
     """The normal distribution, and its slope."""
-    if x > _FLAT:
+    if x >= _FLAT:
         return 1.0, 0.0
-    if x < -_FLAT:
+    if x <= -_FLAT:
         return 0.0, 0.0
-    value = 1 / (1 + math.exp(-x * (_LINEAR + _CUBIC * x * x)))
-    return value, value * (1 - value) * (_LINEAR + 3 * _CUBIC * x * x)
+    place = int((x + _FLAT) * _PER_BLUR)
+    beyond = (x + _FLAT) * _PER_BLUR - place
+    below = _BELOW[place] + beyond * (_BELOW[place + 1] - _BELOW[place])
+    return below, _DENSITY[place] + beyond * (_DENSITY[place + 1] - _DENSITY[place])
 
 
 @compiled
-def _reshape(shape: np.ndarray, step: np.ndarray) -> None:
-    """Change a light's shape by no more than a step may."""
+def _change_shape(shape: np.ndarray, E: np.ndarray, stiffness: float) -> float:
+    """Change a light's shape by a step, no more than a step may; by how much the squares should fall."""
+    for number in range(6):
+        E[number, number] = E[number, number] * (1 + _DAMPED) + 1e-9
+    for number in (4, 5):
+        E[number, number] += stiffness
+        E[number, 6] -= stiffness * shape[number]
+    step = solve(E[:6, :6], E[:6, 6:].copy())
+    fallen = 0.0
+    for number in range(6):
+        fallen += step[number, 0] * E[number, 6]
     for number in range(3):
         most = _LONGEST * shape[number] + (_LEAST_BLUR_PX if number == 1 else 0.0)
         shape[number] += min(max(step[number, 0], -most), most)
@@ -199,24 +203,25 @@ def _reshape(shape: np.ndarray, step: np.ndarray) -> None:
     shape[3] += step[3, 0]
     for number in (4, 5):
         shape[number] = min(max(shape[number] + step[number, 0], -2 * _LONGEST), 2 * _LONGEST)
+    return fallen
 
 
 @compiled
-def _step(A: np.ndarray, right: np.ndarray, noise: float, is_sloped: bool) -> np.ndarray:
+def _step(A: np.ndarray, noise: float, is_sloped: bool) -> np.ndarray:
     """Step (4, 3) of centre and slope of the water, and the inverse's first two columns."""
     for number in range(6):
         A[number, number] *= 1 + 1e-9
     slope_x, slope_y = 0.0, 0.0
     if is_sloped:
-        whole, found = A.copy(), np.zeros((6, 3))
-        found[:, 0] = right[:, 0]
+        whole, found = A[:6, :6].copy(), np.zeros((6, 3))
+        found[:, 0] = A[:6, 6]
         found[4, 1], found[5, 2] = 1.0, 1.0
         solve(whole, found)
         slope_x = beyond_noise(found[4, 0], _SURE * noise * found[4, 1])
         slope_y = beyond_noise(found[5, 0], _SURE * noise * found[5, 2])
     four, step = A[:4, :4].copy(), np.zeros((4, 3))
     for number in range(4):
-        step[number, 0] = right[number, 0] - A[number, 4] * slope_x - A[number, 5] * slope_y
+        step[number, 0] = A[number, 6] - A[number, 4] * slope_x - A[number, 5] * slope_y
     step[0, 1], step[1, 2] = 1.0, 1.0
     solve(four, step)
     return step

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
+from dockpose.compiled import compiled
 from dockpose.lights.centroids import weighted_centres
 from dockpose.lights.likelihood import fitted_centres
 from dockpose.pixels.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups, coarsen, squares_of
@@ -191,22 +192,25 @@ def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray) -> 
     return weighted_centres(grey, points_px, _reach(boxes), _FOOT)
 
 
+@compiled
 def _reach(boxes: np.ndarray) -> np.ndarray:
     """How many pixels (N,) to each side of a light are its window, by its box (N, 4)."""
-    size = np.maximum(boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]) + 1
-    half = (size + 1) // 2
-    return np.minimum(half + np.maximum(_LEAST_REACH_PX, half), _MOST_REACH_PX)
+    reach = np.empty(len(boxes), np.int64)
+    for light in range(len(boxes)):
+        left, top, right, bottom = boxes[light]
+        half = (max(right - left, bottom - top) + 2) // 2
+        reach[light] = min(half + max(_LEAST_REACH_PX, half), _MOST_REACH_PX)
+    return reach
 
 
 def with_fitted_centres(
     markers: Markers, chosen: np.ndarray, grey: np.ndarray, white: float, corner_px: tuple[int, int] = (0, 0)
 ) -> Markers:
     """Fit the centres of those chosen by a flag (N,) in a part of the picture (H, W), saturated from ``white`` on."""
-    points, covariances = markers.points_px.copy(), np.full((len(markers), 2, 2), np.nan)
-    near = points - corner_px
-    reach = np.where(chosen, _reach(markers.boxes_px), 0)
-    found, known = fitted_centres(grey, near, np.where(reach < _MOST_REACH_PX, reach, 0), float(white))
-    if not np.isfinite(known[chosen]).all():  # one centroid among fitted centres could not be weighed
+    reach = _reach(markers.boxes_px)
+    reach[~chosen | (reach >= _MOST_REACH_PX)] = 0
+    found, covariances = fitted_centres(grey, markers.points_px - corner_px, reach, float(white))
+    if not np.isfinite(covariances[chosen]).all():  # one centroid among fitted centres could not be weighed
         return markers
-    points[chosen], covariances[chosen] = found[chosen] + corner_px, known[chosen]
+    points = np.where(chosen[:, None], found + corner_px, markers.points_px)
     return replace(markers, points_px=points, covariances_px2=covariances, centroids_px=markers.points_px)

@@ -73,7 +73,8 @@ def angles_on_planes(rays: LightRays, rotations: np.ndarray, positions_m: np.nda
 
 def _on_circle(angles_rad: np.ndarray, radius_m: float, offsets_m: np.ndarray | None) -> np.ndarray:
     """Places (..., N, 3) of lights at angles (..., N) on a dock's circle, each off by its offset."""
-    places = radius_m * np.stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros_like(angles_rad)], axis=-1)
+    places = np.zeros((*angles_rad.shape, 3))
+    places[..., 0], places[..., 1] = radius_m * np.cos(angles_rad), radius_m * np.sin(angles_rad)
     return places if offsets_m is None else places + offsets_m
 
 

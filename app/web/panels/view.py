@@ -233,16 +233,17 @@ class HistogramNumbers:
         threshold, settings = analysis.estimate.threshold, analysis.estimate.settings
         if threshold is None:
             return None
-        known, curve = (analysis.view.image, settings.masks, settings.min_area_px), self._curve
-        is_known = self._histogram is not None and known[0] is self._known[0] and known[1:] == self._known[1:]
-        if not is_known:
-            self._known, self._histogram, curve = known, histogram_in(analysis.view, analysis.estimate), None
+        known = analysis.view.image, settings.masks, settings.min_area_px
+        histogram, curve = self._histogram, self._curve
+        if histogram is None or known[0] is not self._known[0] or known[1:] != self._known[1:]:
+            histogram, curve = histogram_in(analysis.view, analysis.estimate), None
         if (threshold.groups_at_level >= 0).any():
             curve = threshold
         elif curve is None and not is_playing:
-            curve = thresholds_by(self._histogram, settings, ["hats"]).get("hats")
-        if not is_known or curve is not self._curve:
-            self._curve, self._numbers = curve, histogram_numbers(self._histogram.counts, curve)
+            curve = thresholds_by(histogram, settings, ["hats"]).get("hats")
+        if histogram is not self._histogram or curve is not self._curve:
+            self._numbers = histogram_numbers(histogram.counts, curve)
+        self._known, self._histogram, self._curve = known, histogram, curve
         return self._numbers
 
 

@@ -52,7 +52,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, (np.ndarray, list, tuple)):
-        return tuple(_plain(each) for each in value)
+        return tuple(map(_plain, value))
     return value
 
 

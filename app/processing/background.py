@@ -86,7 +86,8 @@ class LatestWorker(Generic[Job]):
     def _run(self) -> None:
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._waiting or self._is_closed)
+                while not (self._waiting or self._is_closed):
+                    self._changed.wait()
                 while not self._is_closed and (rest_s := self._rested_at_s - time.monotonic()) > 0:
                     self._changed.wait(rest_s)
                 if self._is_closed:

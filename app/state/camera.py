@@ -169,7 +169,7 @@ def index_name(names: dict[str, float], index: float) -> str:
 
 def field_of_view_sentence(camera: Camera) -> str:
     """How much the camera sees, in degrees, and in the water where it looks through a flat port."""
-    across, down = (math.degrees(angle) for angle in camera.field_of_view_rad)
+    across, down = map(math.degrees, camera.field_of_view_rad)
     if camera.port is None:
         return f"Field of view: {across:.1f}° wide, {down:.1f}° high."
     left, right, top, bottom = -0.5, camera.width - 0.5, -0.5, camera.height - 0.5

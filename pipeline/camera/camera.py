@@ -149,7 +149,7 @@ class Camera(
         points = as_points("points_px", points_px, 2)
         if self._is_pinhole:
             return points.copy()
-        return self._through_lens(self.pinhole_rays(points))
+        return self._pixels(bend(self.pinhole_rays(points), self.distortion, self.fisheye))
 
     def rays(self, points_px: ArrayLike) -> np.ndarray:
         """Unit vectors (N, 3), in the water, along which picture points (N, 2) look; see :meth:`ray_starts`."""
@@ -168,7 +168,8 @@ class Camera(
     def project(self, points_m: ArrayLike) -> np.ndarray:
         """Images (N, 2) in pixels of points (N, 3) in metres in the camera frame; NaN where the lens sees none."""
         points = as_points("points_m", points_m, 3)
-        return self._through_lens(points if self.port is None else self.port.into_air(points))
+        in_air = points if self.port is None else self.port.into_air(points)
+        return self._pixels(bend(in_air, self.distortion, self.fisheye))
 
     def virtual_pixels(self, points_px: ArrayLike, depths_m: float | np.ndarray) -> np.ndarray:
         """Where a pinhole, without lens or port, would see picture points (N, 2) of lights at z in metres."""
@@ -198,10 +199,6 @@ class Camera(
         """Directions (N, 3), in the air in front of the lens, along which picture points (N, 2) look."""
         image = (points_px - [self.cx, self.cy]) / [self.fx, self.fy]
         return straighten(image, self.distortion, self.fisheye)
-
-    def _through_lens(self, directions: np.ndarray) -> np.ndarray:
-        """Picture points (N, 2) of directions (N, 3) in front of the lens; NaN for those it does not see."""
-        return self._pixels(bend(directions, self.distortion, self.fisheye))
 
     def _pixels(self, image: np.ndarray) -> np.ndarray:
         return image * [self.fx, self.fy] + [self.cx, self.cy]

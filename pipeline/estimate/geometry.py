@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
 
 if TYPE_CHECKING:
@@ -52,10 +52,7 @@ def pose_lines(pose: CirclePose | KnownPose, estimate: Estimate) -> tuple[np.nda
         if known is pose and own is not None:  # the circle that was seen, rather than that of the largest ring
             pose, radius = of_ring, own.dock.radius
             break
-    if isinstance(pose, KnownPose):
-        axes = pose.rotation.T
-    else:
-        axes = rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad).T
+    axes = pose.rotation.T
     plane, normal = radius * axes[:2], -_NORMAL_RADII * radius * axes[2]
     ends = np.array([-plane[0], plane[0], -plane[1], plane[1], np.zeros(3), normal])
     points_px = estimate.camera.project(np.asarray(pose.position_m) + np.concatenate([_ON_CIRCLE @ plane, ends]))

@@ -210,19 +210,20 @@ def _find_lights(
         light, _ = picture.light
         markers = find_markers(light, picture.histogram, threshold, settings.min_area_px, settings.centroid)
         markers = stages["markers"] = markers_in_whole(markers, picture.part)
-    if len(markers) == 0 and markers.dropped:
+    count = len(markers)
+    if count == 0 and markers.dropped:
         small = f"all {markers.dropped} groups at level {threshold.level} are below {settings.min_area_px} pixels"
         return "no_lights", f"No lights: {small}.", stages
-    if len(markers) == 0:
+    if count == 0:
         return "no_lights", f"No lights: {threshold.reason[:1].lower()}{threshold.reason[1:]}", stages
-    if dock.lights is not None and min(4, dock.lights) <= len(markers) < MIN_POINTS:
-        few = f"{len(markers)} groups, too few for an ellipse: their spacing must tell."
-        stages["ring"] = Ring(np.ones(len(markers), dtype=bool), few)
+    if dock.lights is not None and min(4, dock.lights) <= count < MIN_POINTS:
+        few = f"{count} groups, too few for an ellipse: their spacing must tell."
+        stages["ring"] = Ring(np.ones(count, dtype=bool), few)
         return "ok", "", stages
-    if len(markers) < MIN_POINTS:
+    if count < MIN_POINTS:
         small = f" and {markers.dropped} below {settings.min_area_px} pixels" if markers.dropped else ""
-        found = f"{few_in_words(markers, len(markers))}{small} at level {threshold.level}"
-        four = " Four do if the dock's number of lights is given: --lights 4." if len(markers) == 4 else ""
+        found = f"{few_in_words(markers, count)}{small} at level {threshold.level}"
+        four = " Four do if the dock's number of lights is given: --lights 4." if count == 4 else ""
         return "too_few_markers", f"{found}; an ellipse needs {MIN_POINTS}.{four}", stages
     same = next((one for one in looks if one.has_no_ring_in(markers)), None)
     if same is not None:

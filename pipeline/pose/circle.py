@@ -72,7 +72,7 @@ class CirclePose:
         """The paper's yaw: n = Ry(theta_y) Rx(theta_x) (0, 0, -1)."""
         return angles_of(self.normal)[1]
 
-    @property
+    @cached_property
     def rotation(self) -> np.ndarray:
         """Rotation (3, 3) from the dock's frame, without roll, to the camera's; its third column is -normal."""
         x, y, z = self.normal.tolist()

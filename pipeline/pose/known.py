@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import msgspec
@@ -15,7 +16,7 @@ AGREES_SHARE = 0.02  # of the distance: the largest error of a position that agr
 AGREES_RAD = math.radians(3.0)  # the largest error of an attitude that agrees
 
 
-class KnownPose(msgspec.Struct, frozen=True):
+class KnownPose(msgspec.Struct, frozen=True, dict=True):
     """The known pose of a dock."""
 
     position_m: tuple[float, float, float]  # centre of the dock in the camera frame
@@ -27,7 +28,7 @@ class KnownPose(msgspec.Struct, frozen=True):
         for value in (*self.position_m, self.theta_x_deg, self.theta_y_deg):
             check_number("a known pose", value)
 
-    @property
+    @cached_property
     def rotation(self) -> np.ndarray:
         """Rotation (3, 3) from the dock's frame to the camera's, without roll."""
         return rotation_from_angles(math.radians(self.theta_x_deg), math.radians(self.theta_y_deg))

@@ -4,6 +4,7 @@ import math
 from html import escape
 from typing import Any
 
+import numpy as np
 from dockpose import Estimate
 from dockpose.app.drawing import numbers
 from dockpose.app.drawing.colours import POSE_NAMES
@@ -174,11 +175,9 @@ def errors_html(analysis: Analysis, name: str) -> str:
 def error_cells(pose: CirclePose, known: KnownPose | MeasuredPose) -> list[str]:
     """Estimated minus known, with a sign: x, y, z in centimetres, the angles in degrees; a dash where not known."""
     known_values = known.values if isinstance(known, MeasuredPose) else numbers.pose_values(known)
-    pairs = zip(numbers.pose_values(pose), known_values, strict=True)
-    errors = [None if true is None else found - true for found, true in pairs]
-    turns = [None if turn is None else (turn + 180) % 360 - 180 for turn in errors[3:]]
-    signed = [None if value is None else round(value, 1) + 0.0 for value in (*errors[:3], *turns)]  # + 0.0: no -0.0
-    return [MISSING if value is None else f"{value:+.1f}" for value in signed]
+    errors = np.array(numbers.pose_values(pose)) - np.array(known_values, dtype=float)
+    errors[3:] = (errors[3:] + 180) % 360 - 180
+    return [MISSING if math.isnan(error) else f"{round(error, 1) + 0.0:+.1f}" for error in errors.tolist()]
 
 
 def _described(pose: CirclePose) -> dict[str, str]:

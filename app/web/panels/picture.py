@@ -93,11 +93,12 @@ def origin_html(view: View, is_saved: bool, browsers: int) -> str:
     other = in_force_words(view)
     in_force = f' · <span id="in-force">{escape(other)}</span>' if other else ""
     # Where there is no room for all.
-    told = escape(". ".join(filter(None, (view.source, other, tank_words(view.tank)))))
+    tank = tank_words(view.tank)
+    told = escape(". ".join(filter(None, (view.source, other, tank))))
     several = f' · <span id="browsers">{browsers} browsers</span>' if browsers > 1 else ""
     return (
         f'<div id="strip-origin" title="{told}"><div><b id="source">{escape(view.source)}</b>{in_force}{several}</div>'
-        f'<div id="tank">{escape(tank_words(view.tank))}{state}</div></div>'
+        f'<div id="tank">{escape(tank)}{state}</div></div>'
     )
 
 

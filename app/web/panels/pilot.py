@@ -13,7 +13,7 @@ from dockpose.app.drawing.numbers import MISSING, deviation_words, number, place
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.web.html import row, small, table
 from dockpose.app.web.widgets import App, Panel
-from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.circle import CirclePose
 
 STALE_S = 2.0  # without a new picture
 _LOOKED_EVERY_S = 0.25
@@ -115,9 +115,8 @@ def _from_camera(frame: str, place_m: Iterable[float]) -> tuple[float, float, fl
 
 def corridor(pose: CirclePose, radius_m: float) -> dict[str, float | bool]:
     """Where the camera is before the dock's face and where it heads, by the dock's axes without roll; the way in."""
-    rotation = rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad)
-    right, down, ahead = (-rotation.T @ pose.position_m).tolist()
-    x, y, z = rotation[2]  # the camera's axis
+    right, down, ahead = (-pose.rotation.T @ pose.position_m).tolist()
+    x, y, z = pose.rotation[2]  # the camera's axis
     heading = {"headingRightDeg": math.degrees(math.atan2(x, z)), "headingDownDeg": math.degrees(math.atan2(y, z))}
     entrance = _ENTRANCE_SHARE * radius_m
     way = {"entrance": entrance, "opening": _OPENING, "ahead": -ahead, "right": right, "down": down}

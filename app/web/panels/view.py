@@ -166,9 +166,8 @@ def truth_numbers(analysis: Analysis) -> dict[str, Any]:
 
 def _pose(name: str, pose: CirclePose | KnownPose, found: Estimate) -> dict[str, Any]:
     outline, axes, normal = geometry.pose_lines(pose, found)
-    facing = -pose.rotation[:, 2] if isinstance(pose, KnownPose) else pose.normal
     return {
-        "place": np.round([*pose.position_m, *facing], 4).tolist(),
+        "place": np.round([*pose.position_m, *-pose.rotation[:, 2]], 4).tolist(),
         "name": name,
         "chosen": pose is found.selected,
         "outline": _points(outline),
@@ -227,6 +226,7 @@ class HistogramNumbers:
         self._known: tuple[Any, ...] = ()
         self._histogram: Histogram | None = None
         self._curve: Threshold | None = None
+        self._numbers: dict[str, Any] = {}
 
     def of(self, analysis: Analysis, *, is_playing: bool) -> dict[str, Any] | None:
         """Return the numbers; None where no threshold was reached."""
@@ -234,13 +234,17 @@ class HistogramNumbers:
         if threshold is None:
             return None
         known = analysis.view.image, settings.masks, settings.min_area_px
-        if self._histogram is None or known[0] is not self._known[0] or known[1:] != self._known[1:]:
-            self._known, self._histogram, self._curve = known, histogram_in(analysis.view, analysis.estimate), None
+        histogram, curve = self._histogram, self._curve
+        if histogram is None or known[0] is not self._known[0] or known[1:] != self._known[1:]:
+            histogram, curve = histogram_in(analysis.view, analysis.estimate), None
         if (threshold.groups_at_level >= 0).any():
-            self._curve = threshold
-        elif self._curve is None and not is_playing:
-            self._curve = thresholds_by(self._histogram, settings, ["hats"]).get("hats")
-        return histogram_numbers(self._histogram.counts, self._curve)
+            curve = threshold
+        elif curve is None and not is_playing:
+            curve = thresholds_by(histogram, settings, ["hats"]).get("hats")
+        if histogram is not self._histogram or curve is not self._curve:
+            self._numbers = histogram_numbers(histogram.counts, curve)
+        self._known, self._histogram, self._curve = known, histogram, curve
+        return self._numbers
 
 
 def histogram_numbers(counts: np.ndarray, curve: Threshold | None) -> dict[str, Any]:

@@ -48,12 +48,11 @@ def lights_on_ring(dock: Dock, roll_rad: float | None) -> np.ndarray:
     return np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
 
 
-def image_plane(camera: Camera, z_m: float) -> tuple[float, float, tuple[float, float, float]]:
-    """Width, height and centre in metres of the image plane at ``z_m``, its principal point on the optical axis."""
-    width, height = camera.width * z_m / camera.fx, camera.height * z_m / camera.fy
-    middle_x = ((camera.width - 1) / 2 - camera.cx) * z_m / camera.fx
-    middle_y = ((camera.height - 1) / 2 - camera.cy) * z_m / camera.fy
-    return width, height, (middle_x, middle_y, z_m)
+def image_plane(camera: Camera) -> tuple[float, float, np.ndarray]:
+    """Width, height and centre (3,) of the image plane a metre ahead, its principal point on the optical axis."""
+    middle_x = ((camera.width - 1) / 2 - camera.cx) / camera.fx
+    middle_y = ((camera.height - 1) / 2 - camera.cy) / camera.fy
+    return camera.width / camera.fx, camera.height / camera.fy, np.array([middle_x, middle_y, 1.0])
 
 
 def rays_to_lights(found: Estimate) -> np.ndarray:
@@ -113,7 +112,7 @@ class EstimatedDock:
 
     def __init__(self, scene: viser.SceneApi, name: str, colour: tuple[int, int, int]) -> None:
         path = f"/pose_{name.lower()}"
-        self._look: tuple[bool, float] | None = None  # whether it is drawn as the chosen one, and its radius
+        self._is_chosen: bool | None = None  # and drawn so
         self.frame = scene.add_frame(path, show_axes=False, visible=False)
         self._ring = add_lines(scene, f"{path}/ring", ring_segments(dashed=False), colour, 3.0)
         shades = {"face": 0.75 * np.array([255] * 3) + 0.25 * np.array(colour), "back": 0.55 * np.array(colour)}
@@ -137,24 +136,23 @@ class EstimatedDock:
         if not self.frame.visible:
             return
         pose = found.candidates[index]
-        is_chosen = pose is found.selected
-        self.frame.position = pose.T_camera_dock[:3, 3]
-        self.frame.wxyz = transforms.SO3.from_matrix(pose.T_camera_dock[:3, :3]).wxyz
+        self.frame.position = pose.position_m
+        self.frame.wxyz = transforms.SO3.from_matrix(pose.rotation).wxyz
         dock = found.dock if found.dock.lights else msgspec.structs.replace(found.dock, lights=found.lights_on_ring)
         self._lights.points = lights_on_ring(dock, pose.roll_rad)
-        if (is_chosen, found.dock.radius) != self._look:
-            self._look = is_chosen, found.dock.radius
-            self._set_look(is_chosen, found.dock.radius)
+        for node in (self._ring, self._lights, self._normal, *self._sides):
+            node.scale = found.dock.radius
+        if self._is_chosen is not (pose is found.selected):
+            self._is_chosen = pose is found.selected
+            self._set_look(self._is_chosen)
 
-    def _set_look(self, is_chosen: bool, radius_m: float) -> None:
+    def _set_look(self, is_chosen: bool) -> None:
         self._ring.points = ring_segments(dashed=not is_chosen)
         self._ring.thickness = 3.0 if is_chosen else 2.0
         self._lights.point_size = 0.08 if is_chosen else 0.06
         self._normal.shaft_radius, self._normal.head_radius = (0.03, 0.09) if is_chosen else (0.015, 0.06)
         for side in self._sides:
             side.opacity = _CHOSEN_OPACITY if is_chosen else _OTHER_OPACITY
-        for node in (self._ring, self._lights, self._normal, *self._sides):
-            node.scale = radius_m
 
 
 class Scene3D:
@@ -179,7 +177,7 @@ class Scene3D:
         )
         self._grid_label = scene.add_label("/grid/label", "", anchor="top-left")
         no_lines = np.zeros((1, 2, 3))
-        axes = np.stack([np.zeros((3, 3)), np.eye(3)], axis=1)
+        axes = np.stack([np.zeros((3, 3)), np.eye(3) / 3], axis=1)
         self._axes = add_lines(scene, "/camera/axes", axes, np.repeat(_AXIS_COLOURS[:, None], 2, axis=1), 2.5)
         self._edges = add_lines(scene, "/camera/edges", no_lines, _GREY, 1.5)
         self._rays = add_lines(scene, "/rays", no_lines, _GREY, 0.8)
@@ -204,8 +202,8 @@ class Scene3D:
             self._rays.points = rays_to_lights(found)
             for index, dock in enumerate(self._poses):
                 dock.show(index, found)
-            self._port.show(found.camera, self.extent.depth_m)
             port_radius = port_radius_m(found.camera, self.extent.depth_m)
+            self._port.show(found.camera, port_radius)
             self._show_labels(labels(found, view, self.extent.depth_m, port_radius))
             tracked = analysis.tracked_frame
             path = np.zeros((1, 3)) if tracked is None else tracked.trajectory.path_m(_PATH_POINTS)
@@ -229,7 +227,7 @@ class Scene3D:
 
     def _show_camera(self, view: View, plane_z: float) -> float:
         """Draw the image plane, its edges and the axes; returns the lowest y of the plane."""
-        width, height, middle = image_plane(view.camera, plane_z)
+        width, height, middle = image_plane(view.camera)
         if self._image is None or self._pictured is not view.image:
             now_s = time.monotonic()
             is_quick, self._pictured_at_s = now_s - self._pictured_at_s < _QUICK_S, now_s
@@ -238,13 +236,14 @@ class Scene3D:
             self._image = self._server.scene.add_image("/camera/image", texture, width, height)
         self._image.visible = True
         self._image.render_width, self._image.render_height = width, height
-        self._image.position = middle
+        self._image.position = plane_z * middle
         signs = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
         corners = middle + signs * [width / 2, height / 2, 0]
         towards = np.concatenate([np.zeros((4, 3)), corners])
         self._edges.points = np.stack([towards, np.concatenate([corners, np.roll(corners, -1, axis=0)])], axis=1)
-        self._axes.scale = plane_z / 3
-        return middle[1] + height / 2
+        for node in (self._image, self._edges, self._axes):
+            node.scale = plane_z
+        return plane_z * (middle[1] + height / 2)
 
     def _show_grid(self, floor_y: float) -> None:
         cell = grid_cell_m(self.extent)

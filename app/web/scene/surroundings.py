@@ -77,9 +77,9 @@ class PortDisc:
         for node in (self._glass, *self._rims):
             node.scale = _LEAST  # a browser may show it before it hears of its size
 
-    def show(self, camera: Camera, depth_m: float) -> None:
+    def show(self, camera: Camera, radius: float | None) -> None:
         """Draw the port of the camera at its true distance."""
-        radius, port = port_radius_m(camera, depth_m), camera.port
+        port = camera.port
         self._frame.visible = port is not None
         if port is None or radius is None:
             return

@@ -123,8 +123,8 @@ class Viewpoints:
     def show(self, everything: Extent, docks: Extent | None, camera: Camera, *, is_other: bool) -> None:
         """Take note of what is drawn; ``is_other`` says that it is of another picture than before."""
         self._all, self._docks, self._camera = everything, docks, camera
-        place, initial = self._place(OVERVIEW, None), self._server.initial_camera
         if is_other:
+            place, initial = self._place(OVERVIEW, None), self._server.initial_camera
             initial.fov, initial.position, initial.look_at = place.fov_rad, place.position, place.look_at
         for client in self._server.get_clients().values():
             placed = self._placed.get(client.client_id)

@@ -18,7 +18,7 @@ from tests.app.web.scene.test_surroundings import on_screen
 
 def test_image_plane_puts_the_corner_pixels_on_their_rays():
     camera = Camera(700, 650, 300, 260, 640, 480)
-    width, height, (x, y, z) = drawn.image_plane(camera, 0.5)
+    width, height, (x, y, z) = drawn.image_plane(camera)
     corner = np.array([[x - width / 2, y - height / 2, z], [x + width / 2, y + height / 2, z]])
     np.testing.assert_allclose(camera.project(corner), [[-0.5, -0.5], [639.5, 479.5]])
 

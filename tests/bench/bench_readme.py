@@ -1,17 +1,19 @@
 """The README's figures, measured again: those of the study by fewer scenes, whose intervals must meet the README's."""
 
 import csv
+import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from dockpose.app.cli import main
-from dockpose.study.judge import PRODUCT
-from dockpose.study.summary import Summary, columns_of, summary_of
+from dockpose.study.judge import PRODUCT, SUCCESS, WRONG_POSE
+from dockpose.study.summary import FACTORS, Columns, Summary, columns_of, summary_of
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES, SEED = 400, 7  # other scenes than those of `make report`
-CHANCE = 1.3  # by how much a quantile of few scenes may exceed that of many
+SIGMAS = 3  # of the share of errors below the README's figure: chance exceeds them in 0.3 %
 
 
 def figures(row: str) -> list[float]:
@@ -21,10 +23,15 @@ def figures(row: str) -> list[float]:
 
 
 @pytest.fixture(scope="module")
-def summary(tmp_path_factory: pytest.TempPathFactory) -> Summary:
+def columns(tmp_path_factory: pytest.TempPathFactory) -> Columns:
     folder = tmp_path_factory.mktemp("study")
     assert main(["study", "--scenes", str(SCENES), "--seed", str(SEED), "--out", str(folder)]) == 0
-    return summary_of(columns_of((folder / "study.csv").read_text(encoding="utf-8")))
+    return columns_of((folder / "study.csv").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def summary(columns: Columns) -> Summary:
+    return summary_of(columns)
 
 
 def meets(row: str, share: dict[str, float], said: list[float]) -> None:
@@ -51,15 +58,17 @@ def test_shares_of_the_study(summary: Summary):
 
 
 @pytest.mark.parametrize("label", ["2 to 4", "12 to 20"])
-def test_nine_in_ten_errors_are_below_what_is_said(summary: Summary, label: str):
-    factor = summary["factors"]["range_diameters"]
-    result = factor["methods"][PRODUCT][factor["bins"].index(label)]
-    share, angle = figures(f"| error, {label} diameters away")
-    print(
-        f"\n{label}: {100 * result['position_error_share_90']:.3f} % ({share}), {result['angle_error_deg_90']:.3f} deg"
-    )
-    assert 100 * result["position_error_share_90"] <= CHANCE * share
-    assert result["angle_error_deg_90"] <= CHANCE * angle
+def test_nine_in_ten_errors_are_below_what_is_said(columns: Columns, label: str):
+    """The figure is a quantile of errors with a long tail, so that it is the errors below it that are counted."""
+    factor = FACTORS["range_diameters"]
+    is_in_bin = factor.bins_of(columns["range_diameters"]) == factor.labels.index(label)
+    seen = is_in_bin & (columns["method"] == PRODUCT) & np.isin(columns["outcome"], (SUCCESS, WRONG_POSE))
+    said = figures(f"| error, {label} diameters away")
+    few = 0.9 - SIGMAS * math.sqrt(0.9 * 0.1 / seen.sum())
+    for errors, most in zip((100 * columns["position_error_share"], columns["angle_error_deg"]), said, strict=True):
+        below = float((errors[seen] <= most).mean())
+        print(f"\n{label}: {100 * below:.0f} % of {seen.sum()} errors below {most} (asked {100 * few:.0f})")
+        assert below >= few
 
 
 def test_the_tank(tmp_path: Path):

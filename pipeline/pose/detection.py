@@ -57,7 +57,7 @@ def log_chance_of_ring(
         semi_axes_px=ellipse.semi_axes_px,
         near=near,
         area_px2=area_px2,
-        cables=() if choice.lights is None else cables_of(np.isin(np.arange(sides), choice.lights)),
+        cables=() if choice.lights is None else cables_of(np.bincount(choice.lights, minlength=sides) > 0),
     )
 
 

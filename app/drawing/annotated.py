@@ -36,7 +36,7 @@ def annotate(
     for mask in estimate.settings.masks:
         _draw_mask(canvas, mask)
     if truth is not None and "truth" in layers:
-        draw_pose(canvas, estimate, truth, "truth", colours.TRUTH_COLOUR, stands_out=True)
+        draw_pose(canvas, estimate, truth, "truth", colours.TRUTH_COLOUR, width=2.0)
     draw_parts(canvas, estimate, layers)
     if "scale" in layers:
         _draw_scale(canvas, estimate)

@@ -92,7 +92,7 @@ def _draw(axes: "Axes", estimate: Estimate, layers: Collection[str], truth: Know
         name = "masked" if index == 0 else None
         axes.add_patch(Rectangle((x, y), width, height, fill=False, hatch="///", color=colours.MASK_COLOUR, label=name))
     if truth is not None and "truth" in layers:
-        _draw_pose(axes, estimate, truth, "truth", color=colours.TRUTH_COLOUR, linewidth=1.4)
+        _draw_pose(axes, estimate, truth, "truth", color=colours.TRUTH_COLOUR, linewidth=4.0)
     shown: list[CirclePose] = []
     for index, (name, pose) in enumerate(zip(colours.POSE_NAMES, estimate.candidates, strict=False)):
         width = 1.4 if pose is estimate.selected else 0.7
@@ -126,8 +126,9 @@ def _draw_pose(axes: "Axes", estimate: Estimate, pose: CirclePose | KnownPose, n
     for points in (np.vstack([rim, rim[:1]]), *diameters):
         _draw_line(axes, estimate, points, **(style | {"linewidth": style["linewidth"] / 2}))
     _draw_line(axes, estimate, normal, **style)
-    axes.plot(*normal[1], "o", color=style["color"], markersize=3)
-    axes.annotate(name, normal[1], (4, -3), textcoords="offset points", color=style["color"])
+    axes.plot(*normal[1], "o", color=style["color"], markersize=3 + style["linewidth"] / 2)
+    at: dict[str, Any] = {"textcoords": "offset points", "ha": "left" if name in colours.POSE_NAMES else "right"}
+    axes.annotate(name, normal[1], (4 if at["ha"] == "left" else -6, -3), color=style["color"], **at)
 
 
 def _draw_line(axes: "Axes", estimate: Estimate, points: np.ndarray, **style: Any) -> None:

@@ -58,7 +58,7 @@ def draw_parts(canvas: Canvas, found: Estimate, parts: Collection[str] = PARTS) 
     named = zip(POSE_NAMES, found.candidates, POSE_COLOURS, strict=False)
     shown = [(name, pose, colour) for name, pose, colour in named if name.lower() in parts]
     for name, pose, colour in reversed(shown):
-        draw_pose(canvas, found, pose, name, colour, stands_out=pose is found.selected)
+        draw_pose(canvas, found, pose, name, colour, width=1.0 if pose is found.selected else 0.5)
     outline, (ellipse, dock) = geometry.outline(found), geometry.centres(found)
     if "ellipse" in parts and outline is not None:
         _draw_line(canvas, found, np.vstack([outline, outline[:1]]), ELLIPSE_COLOUR)
@@ -72,16 +72,17 @@ def draw_parts(canvas: Canvas, found: Estimate, parts: Collection[str] = PARTS) 
 
 
 def draw_pose(
-    canvas: Canvas, found: Estimate, pose: CirclePose | KnownPose, name: str, colour: str, *, stands_out: bool
+    canvas: Canvas, found: Estimate, pose: CirclePose | KnownPose, name: str, colour: str, *, width: float
 ) -> None:
-    """Draw the dock's rim, axes and normal as they are by a pose, with its name at the normal's tip."""
+    """Draw the dock's rim, axes and normal as they are by a pose, with its name right of the normal's tip or left."""
     rim, axes, normal = geometry.pose_lines(pose, found)
     for points in (np.vstack([rim, rim[:1]]), *axes):
-        _draw_line(canvas, found, points, colour, 1 if stands_out else 0.5)
+        _draw_line(canvas, found, points, colour, width)
     if np.isfinite(normal).all():
-        _draw_line(canvas, found, normal, colour, 2 if stands_out else 1)
-        canvas.circle(normal[1], 4, colour, filled=stands_out)
-        canvas.text(name, normal[1] + np.array([7, 5]) * canvas.unit, colour, 0.55)
+        _draw_line(canvas, found, normal, colour, 2 * width)
+        canvas.circle(normal[1], 4 * max(1.0, width / 2), colour, filled=width >= 1)
+        right = 7 * canvas.unit if name in POSE_NAMES else -7 * canvas.unit - canvas.text_size(name, 0.55)[0]
+        canvas.text(name, normal[1] + (right, 5 * canvas.unit), colour, 0.55)
 
 
 def png(found: Estimate) -> bytes:

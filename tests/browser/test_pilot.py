@@ -36,7 +36,8 @@ FAULTS = """() => {
     return false;
   });
   const drawn = [...document.querySelectorAll("svg text")].map((one) => [one, one.getBoundingClientRect()]);
-  return boxes.filter((one) => isOut(one) || isOver(one)).concat(drawn.filter(isOnLine)).map(([one]) => one.outerHTML.slice(0, 80));
+  const found = boxes.filter((one) => isOut(one) || isOver(one)).concat(drawn.filter(isOnLine));
+  return found.map(([one]) => one.outerHTML.slice(0, 80));
 }"""
 
 

@@ -110,14 +110,15 @@ function drawGroup(group, viewport, shown) {
 // A pose's dock: its outline, two diameters, and its normal with the pose's letter at the tip.
 function drawPose(pose, viewport, holes) {
   const name = `pose-${pose.name.toLowerCase()}${pose.chosen ? " chosen" : ""}`;
+  const isTruth = pose.name === "Truth"; // broad, and its name at the other side: it lies beneath the pose that is right
   const parts = pose.axes.map((ends) => line(path(ends, viewport, holes), `${name} thin`));
   parts.push(line(path(pose.outline, viewport, holes, true), name), line(path(pose.normal, viewport, holes), name));
   if (pose.normal.length === 2) {
     const [x, y] = viewport.toStage(pose.normal[1]);
-    parts.push(makeSvg("circle", { cx: x, cy: y, r: 4, class: `line tip ${name}` }), words(pose.name, [x + 8, y + 5], "letter", "start"));
+    parts.push(makeSvg("circle", { cx: x, cy: y, r: 4, class: `line tip ${name}` }), isTruth ? words(pose.name, [x - 10, y + 5], "letter", "end") : words(pose.name, [x + 8, y + 5], "letter", "start"));
   }
-  const group = makeSvg("g", { "data-pose": pose.name, class: pose.chosen || pose.name === "Truth" ? "" : "other" }, ...parts);
-  return titled(group, pose.name === "Truth" ? "dock as it is in truth" : `dock by pose ${pose.name}${pose.chosen ? ", chosen" : ""}`);
+  const group = makeSvg("g", { "data-pose": pose.name, class: pose.chosen || isTruth ? "" : "other" }, ...parts);
+  return titled(group, isTruth ? "dock as it is in truth" : `dock by pose ${pose.name}${pose.chosen ? ", chosen" : ""}`);
 }
 
 function drawCentres(overlay, viewport, layers) {

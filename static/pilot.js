@@ -4,6 +4,7 @@
 
 const [ASK_EVERY_MS, AGAIN_MS, PATIENCE_MS, STALE_S] = [100, 500, 3000, 2];
 const CROSS_DEG = 15; // from the middle of the cross to its ends
+const WORDS_PX = 124; // at the left of a corridor
 const LENGTHS_M = [0.5, 1, 2, 5, 10, 20, 50]; // of the corridor
 const SHAPES = { // of the trust, so that it is never told by colour alone
   green: "M4 19 14 29 32 7",
@@ -69,7 +70,7 @@ function drawCross(box) {
   const [x, y, arm] = [wide / 2, high / 2, Math.max(0, Math.min(wide, high) / 2 - 20)];
   const parts = [svg("path", { class: "axis", d: `M${x - arm} ${y}H${x + arm}M${x} ${y - arm}V${y + arm}` })];
   for (const share of [1 / 3, 2 / 3, 1]) parts.push(svg("circle", { class: "axis", cx: x, cy: y, r: arm * share, "stroke-opacity": 0.5 }));
-  parts.push(svg("text", { x: x + arm - 28, y: y - 8 }, `${CROSS_DEG}°`));
+  parts.push(svg("text", { x: x + arm - 8, y: y + arm + 18 }, `${CROSS_DEG}°`));
   if (now.figures) {
     const [right, down] = now.directionDeg.map((one) => one / CROSS_DEG);
     const far = Math.max(1, Math.hypot(right, down)); // beyond the cross the ring stays at its edge
@@ -86,7 +87,7 @@ function drawCorridor(box, words, offset, headingDeg) {
   if (offset !== null) {
     const { ahead, entrance, opening } = now.corridor;
     const length = LENGTHS_M.find((one) => one > ahead * 1.1) ?? ahead * 1.1;
-    const scale = Math.min((wide - 40) / length, (high - 12) / 2 / (entrance + opening * length));
+    const scale = Math.min((wide - 20 - WORDS_PX) / length, (high - 12) / 2 / (entrance + opening * length));
     const [x, y, middle] = [(one) => wide - 20 - one * scale, (one) => high / 2 + one * scale, high / 2];
     const [near, far] = [entrance, entrance + opening * length].map((one) => one * scale);
     const rim = Math.max(near, 6);
@@ -96,7 +97,7 @@ function drawCorridor(box, words, offset, headingDeg) {
       svg("path", { class: "dock", d: `M${x(0)} ${middle - near - rim}V${middle - near}M${x(0)} ${middle + near}V${middle + near + rim}` }),
     );
     const clipped = Math.min(Math.max(y(offset), 15), high - 15);
-    const turn = `translate(${Math.min(x(ahead), wide - 15)} ${clipped}) rotate(${headingDeg})`;
+    const turn = `translate(${Math.max(WORDS_PX + 10, Math.min(x(ahead), wide - 15))} ${clipped}) rotate(${headingDeg})`;
     parts.push(svg("path", { class: "vehicle", d: "M14 0L-10 9V-9Z", transform: turn }), svg("text", { x: 4, y: high - 6 }, `${length.toFixed(1)} m`));
   }
   box.replaceChildren(...parts);

@@ -7,7 +7,7 @@ from pathlib import Path
 from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, put, say
-from dockpose.app.drawing.annotated import LAYERS, check_layers
+from dockpose.app.drawing.annotated import DRAWN, LAYERS, check_layers
 from dockpose.app.errors import UserError, blaming, check_folder, writing
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.record import is_session
@@ -15,7 +15,7 @@ from dockpose.app.inputs.pictures import camera_and_dock
 from dockpose.files import write_whole
 
 _LINES_ENDINGS = (".jsonl", ".ndjson", ".json")
-KNOWN = {"layers": {"default": ",".join(LAYERS)}}
+KNOWN = {"layers": {"default": ",".join(DRAWN)}, "words": {"layers": ", ".join(LAYERS)}}
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -66,6 +66,8 @@ def _files(
     view = open_source(str(source), camera, dock, rotate_deg=rotate_deg)
     if view.note:
         say(view.note)
+    if "truth" in layers and view.truth is None:
+        say(f"{source}: no truth is known of it, so that none is drawn")
     return picture_files(analyse(view), layers=layers, sha256=view.sha256)
 
 

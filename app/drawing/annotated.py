@@ -12,13 +12,13 @@ from dockpose.app.drawing.numbers import chance, count, length_words, level_word
 from dockpose.camera.image import to_grey, to_levels
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import Canvas, to_bgr8
-from dockpose.estimate.drawing import PARTS, draw_parts
+from dockpose.estimate.drawing import PARTS, draw_parts, draw_pose
 from dockpose.lights.masks import Mask, hidden_pixels
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.thresholds import LEVELS
 
-LAYERS = (*PARTS, "text", "scale")
-ON_PAGE = LAYERS[:-1]
+LAYERS = (*PARTS, "truth", "scale", "text")
+DRAWN = tuple(layer for layer in LAYERS if layer != "truth")  # unless told otherwise, as on the page
 
 
 def annotate(
@@ -26,7 +26,8 @@ def annotate(
     estimate: Estimate,
     *,
     words: bool = True,
-    layers: Collection[str] = ON_PAGE,
+    layers: Collection[str] = DRAWN,
+    truth: KnownPose | None = None,
     headline: tuple[str, str] | None = None,
 ) -> np.ndarray:
     """Draw what was found on a full-size copy of the picture."""
@@ -34,6 +35,8 @@ def annotate(
     canvas = Canvas(to_bgr8(image))
     for mask in estimate.settings.masks:
         _draw_mask(canvas, mask)
+    if truth is not None and "truth" in layers:
+        draw_pose(canvas, estimate, truth, "truth", colours.TRUTH_COLOUR, width=2.0)
     draw_parts(canvas, estimate, layers)
     if "scale" in layers:
         _draw_scale(canvas, estimate)

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from dockpose import Estimate
 from dockpose.app.drawing import colours
-from dockpose.app.drawing.annotated import LAYERS, check_layers
+from dockpose.app.drawing.annotated import DRAWN, check_layers
 from dockpose.app.drawing.numbers import chance, length_words, pose_cells, status_words
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.known import KnownPose
 
 if TYPE_CHECKING:  # imported where it is used, since that takes half a second
     from matplotlib.axes import Axes
@@ -60,7 +62,9 @@ _LEAST_SHARE = 0.01  # of the picture's width: the least radius of a light's cir
 _LINE_IN, _MARGIN_IN = 0.17, 0.12
 
 
-def picture_figure(image: Any, estimate: Estimate, layers: Collection[str] = LAYERS) -> "Figure":
+def picture_figure(
+    image: Any, estimate: Estimate, layers: Collection[str] = DRAWN, truth: KnownPose | None = None
+) -> "Figure":
     """Draw what was found over the picture, with a legend below."""
     check_layers(layers)
     scale = min(WIDTH_IN / estimate.width, HIGHEST_IN / estimate.height)
@@ -70,7 +74,7 @@ def picture_figure(image: Any, estimate: Estimate, layers: Collection[str] = LAY
     axes.imshow(to_bgr8(image)[..., ::-1], interpolation="none")
     axes.set_axis_off()
     axes.autoscale(False)
-    _draw(axes, estimate, layers)
+    _draw(axes, estimate, layers, truth)
     entries = len(axes.get_legend_handles_labels()[0])
     legend_in = _MARGIN_IN + _LINE_IN * math.ceil(entries / 2) if entries else 0.0
     whole = height + legend_in
@@ -81,28 +85,24 @@ def picture_figure(image: Any, estimate: Estimate, layers: Collection[str] = LAY
     return figure
 
 
-def _draw(axes: "Axes", estimate: Estimate, layers: Collection[str]) -> None:
+def _draw(axes: "Axes", estimate: Estimate, layers: Collection[str], truth: KnownPose | None) -> None:
     from matplotlib.patches import Rectangle
 
     for index, (x, y, width, height) in enumerate(estimate.settings.masks):
         name = "masked" if index == 0 else None
         axes.add_patch(Rectangle((x, y), width, height, fill=False, hatch="///", color=colours.MASK_COLOUR, label=name))
-    for index, pose in enumerate(estimate.candidates):
+    if truth is not None and "truth" in layers:
+        _draw_pose(axes, estimate, truth, "truth", color=colours.TRUTH_COLOUR, linewidth=4.0)
+    shown: list[CirclePose] = []
+    for index, (name, pose) in enumerate(zip(colours.POSE_NAMES, estimate.candidates, strict=False)):
         width = 1.4 if pose is estimate.selected else 0.7
         style: dict[str, Any] = {"color": colours.POSE_COLOURS[index], "linewidth": width}
-        rim, diameters, normal = geometry.pose_lines(pose, estimate)
-        if "axes" in layers:
-            for points in (np.vstack([rim, rim[:1]]), *diameters):
-                _draw_line(axes, estimate, points, color=style["color"], linewidth=width / 2)
-        if "normals" in layers:
-            _draw_line(axes, estimate, normal, **style)
-            axes.plot(*normal[1], "o", color=style["color"], markersize=3)
-            axes.annotate(
-                colours.POSE_NAMES[index], normal[1], (4, -3), textcoords="offset points", color=style["color"]
-            )
+        if name.lower() in layers:
+            shown.append(pose)
+            _draw_pose(axes, estimate, pose, name, **style)
         if "text" in layers:
             axes.plot([], [], **style, label=_pose_words(estimate, index))
-    outline = geometry.outline(estimate)
+    outline, (ellipse, dock) = geometry.outline(estimate), geometry.centres(estimate)
     if "ellipse" in layers and outline is not None:
         # Wider than the rim of a pose, which it would be lost in.
         style = {"color": colours.ELLIPSE_COLOUR, "linewidth": 1.2, "linestyle": "--"}
@@ -112,14 +112,23 @@ def _draw(axes: "Axes", estimate: Estimate, layers: Collection[str]) -> None:
         _draw_lights(axes, estimate)
     if "text" in layers and not estimate.candidates:
         axes.plot([], [], " ", label=f"no pose ({status_words(estimate.status)})")
-    if "centres" in layers:
-        ellipse, dock = geometry.centres(estimate)
-        if ellipse is not None:
-            axes.plot(*ellipse, "+", color=colours.ELLIPSE_COLOUR, markersize=8, label="ellipse centre")
-        if dock is not None:
-            axes.plot(*dock, "o", color="black", markerfacecolor="white", markersize=4, label="dock centre")
+    if "ellipse" in layers and ellipse is not None:
+        axes.plot(*ellipse, "+", color=colours.ELLIPSE_COLOUR, markersize=8, label="ellipse centre")
+    if dock is not None and any(pose is estimate.selected for pose in shown):
+        axes.plot(*dock, "o", color="black", markerfacecolor="white", markersize=4, label="dock centre")
     if "scale" in layers:
         _draw_scale(axes, estimate)
+
+
+def _draw_pose(axes: "Axes", estimate: Estimate, pose: CirclePose | KnownPose, name: str, **style: Any) -> None:
+    """Draw the dock's rim, axes and normal as they are by a pose, with its name at the normal's tip."""
+    rim, diameters, normal = geometry.pose_lines(pose, estimate)
+    for points in (np.vstack([rim, rim[:1]]), *diameters):
+        _draw_line(axes, estimate, points, **(style | {"linewidth": style["linewidth"] / 2}))
+    _draw_line(axes, estimate, normal, **style)
+    axes.plot(*normal[1], "o", color=style["color"], markersize=3 + style["linewidth"] / 2)
+    at: dict[str, Any] = {"textcoords": "offset points", "ha": "left" if name in colours.POSE_NAMES else "right"}
+    axes.annotate(name, normal[1], (4 if at["ha"] == "left" else -6, -3), color=style["color"], **at)
 
 
 def _draw_line(axes: "Axes", estimate: Estimate, points: np.ndarray, **style: Any) -> None:

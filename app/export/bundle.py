@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import msgspec
 from dockpose import Camera, Dock, Settings
 from dockpose.app.drawing import figures
-from dockpose.app.drawing.annotated import LAYERS, annotate, montage
+from dockpose.app.drawing.annotated import DRAWN, annotate, montage
 from dockpose.app.drawing.figures import picture_figure
 from dockpose.app.experiment import SessionRecord
 from dockpose.app.export import data, report
@@ -38,15 +38,18 @@ _Chance = Annotated[float, msgspec.Meta(ge=0, le=1 + 1e-9)]
 def picture_files(
     analysis: Analysis,
     *,
-    layers: Collection[str] = LAYERS,
+    layers: Collection[str] = DRAWN,
     sha256: str | None = None,
     progress: Progress | None = None,
 ) -> Files:
     """Return the files of one picture."""
-    view, found, headline = analysis.view, analysis.estimate, headline_of(analysis.trust)
+    view, found = analysis.view, analysis.estimate
+    drawn: dict[str, Any] = {"layers": layers, "truth": view.truth}
     files: Files = {
-        "annotated.png": lambda: data.to_png(annotate(view.image, found, layers=layers, headline=headline)),
-        **_figure_files("annotated", lambda: picture_figure(view.image, found, layers), "svg", "pdf"),
+        "annotated.png": lambda: data.to_png(
+            annotate(view.image, found, headline=headline_of(analysis.trust), **drawn)
+        ),
+        **_figure_files("annotated", lambda: picture_figure(view.image, found, **drawn), "svg", "pdf"),
         "picture.png": lambda: data.to_png(view.image),
         "result.json": lambda: data.to_json(data.result_line(analysis, sha256)),
         "result.csv": lambda: data.to_csv([data.result_line(analysis, sha256)]),

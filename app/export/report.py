@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from dockpose import Estimate
 from dockpose.app.drawing import colours
-from dockpose.app.drawing.annotated import LAYERS, annotate
+from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE, POSE_NAMES
 from dockpose.app.drawing.figures import new_figure, to_svg
 from dockpose.app.drawing.numbers import (
@@ -61,7 +61,7 @@ def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
     if found.threshold is not None:
         plots.append(("Histogram and threshold", _svg(histogram_figure(found.threshold), "histogram")))
     line = found.to_dict(view.source)
-    picture = annotate(view.image, found, layers=LAYERS, headline=headline_of(analysis.trust))
+    picture = annotate(view.image, found, headline=headline_of(analysis.trust))
     return _html(
         **{"title": view.source, "kind": "picture", "note": " ".join(view.notes), "facts": facts, "plots": plots},
         groups=_groups(line) | {"Versions": versions()},
@@ -188,7 +188,7 @@ def _picture_of(line: Mapping[str, Any], folder: Path) -> np.ndarray | None:
 
 
 def _annotated_uri(image: np.ndarray, line: dict[str, Any]) -> str:
-    return _data_uri(annotate(image, estimate_again(image, line), layers=LAYERS), _WIDEST_OF_MANY_PX)
+    return _data_uri(annotate(image, estimate_again(image, line)), _WIDEST_OF_MANY_PX)
 
 
 def _data_uri(picture: np.ndarray, widest_px: int) -> str:

@@ -29,6 +29,7 @@ class Notifications:
                 sentences = [*sentences, sentence]
                 handle.body = together(sentences)
                 handle.auto_close_seconds = SHOWN_S + len(sentences) / 1000  # only another time starts it again
+                handle._show()  # it may have been closed by hand; nothing happens where it is still there
             else:
                 handle = client.add_notification(title, sentence, color=colour, auto_close_seconds=SHOWN_S)
                 sentences = [sentence]

@@ -23,8 +23,10 @@ from dockpose.palette import (
 
 if TYPE_CHECKING:
     from dockpose.estimate.result import Estimate
+    from dockpose.pose.circle import CirclePose
+    from dockpose.pose.known import KnownPose
 
-PARTS = ("lights", "ellipse", "centres", "axes", "normals")
+PARTS = ("lights", "ellipse", "a", "b")
 _LEAST_RADIUS = 6.0  # of a light's circle, in units of the canvas
 _LARGEST_PX = 1200  # of the drawing's longer side: notebooks keep what they show
 
@@ -52,16 +54,35 @@ def draw(found: Estimate) -> np.ndarray:
 
 
 def draw_parts(canvas: Canvas, found: Estimate, parts: Collection[str] = PARTS) -> None:
-    """Draw those of ``PARTS``."""
-    for index in reversed(range(len(found.candidates))):
-        _draw_pose(canvas, found, index, parts)
-    outline = geometry.outline(found)
+    """Draw those of ``PARTS``: the ellipse's centre goes with the ellipse, the dock's with the chosen pose."""
+    named = zip(POSE_NAMES, found.candidates, POSE_COLOURS, strict=False)
+    shown = [(name, pose, colour) for name, pose, colour in named if name.lower() in parts]
+    for name, pose, colour in reversed(shown):
+        draw_pose(canvas, found, pose, name, colour, width=1.0 if pose is found.selected else 0.5)
+    outline, (ellipse, dock) = geometry.outline(found), geometry.centres(found)
     if "ellipse" in parts and outline is not None:
         _draw_line(canvas, found, np.vstack([outline, outline[:1]]), ELLIPSE_COLOUR)
     if "lights" in parts:
         _draw_lights(canvas, found)
-    if "centres" in parts:
-        _draw_centres(canvas, found)
+    if "ellipse" in parts and ellipse is not None:
+        canvas.cross(ellipse, 12, ELLIPSE_COLOUR)
+    if dock is not None and any(pose is found.selected for _, pose, _ in shown):
+        canvas.circle(dock, 5, TEXT_COLOUR)
+        canvas.circle(dock, 1, TEXT_COLOUR, filled=True)
+
+
+def draw_pose(
+    canvas: Canvas, found: Estimate, pose: CirclePose | KnownPose, name: str, colour: str, *, width: float
+) -> None:
+    """Draw the dock's rim, axes and normal as they are by a pose, with its name right of the normal's tip or left."""
+    rim, axes, normal = geometry.pose_lines(pose, found)
+    for points in (np.vstack([rim, rim[:1]]), *axes):
+        _draw_line(canvas, found, points, colour, width)
+    if np.isfinite(normal).all():
+        _draw_line(canvas, found, normal, colour, 2 * width)
+        canvas.circle(normal[1], 4 * max(1.0, width / 2), colour, filled=width >= 1)
+        right = 7 * canvas.unit if name in POSE_NAMES else -7 * canvas.unit - canvas.text_size(name, 0.55)[0]
+        canvas.text(name, normal[1] + (right, 5 * canvas.unit), colour, 0.55)
 
 
 def png(found: Estimate) -> bytes:
@@ -89,28 +110,6 @@ def _draw_lights(canvas: Canvas, found: Estimate) -> None:
         width, height = canvas.text_size(label, 0.45)
         middle = points[index] + outward * (radii[index] + 10) * canvas.unit
         canvas.text(label, (middle[0] - width / 2, middle[1] + height / 2), size=0.45)
-
-
-def _draw_pose(canvas: Canvas, found: Estimate, index: int, parts: Collection[str]) -> None:
-    pose, colour = found.candidates[index], POSE_COLOURS[index]
-    chosen = pose is found.selected
-    rim, axes, normal = geometry.pose_lines(pose, found)
-    if "axes" in parts:
-        for points in (np.vstack([rim, rim[:1]]), *axes):
-            _draw_line(canvas, found, points, colour, 1 if chosen else 0.5)
-    if "normals" in parts and np.isfinite(normal).all():
-        _draw_line(canvas, found, normal, colour, 2 if chosen else 1)
-        canvas.circle(normal[1], 4, colour, filled=chosen)
-        canvas.text(POSE_NAMES[index], normal[1] + np.array([7, 5]) * canvas.unit, colour, 0.55)
-
-
-def _draw_centres(canvas: Canvas, found: Estimate) -> None:
-    ellipse, dock = geometry.centres(found)
-    if ellipse is not None:
-        canvas.cross(ellipse, 12, ELLIPSE_COLOUR)
-    if dock is not None:
-        canvas.circle(dock, 5, TEXT_COLOUR)
-        canvas.circle(dock, 1, TEXT_COLOUR, filled=True)
 
 
 def _background(found: Estimate) -> np.ndarray:

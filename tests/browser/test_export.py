@@ -13,7 +13,7 @@ import pytest
 import yaml
 from dockpose import estimate
 from dockpose.app.drawing.annotated import LAYERS
-from dockpose.app.drawing.colours import POSE_COLOURS, rgb
+from dockpose.app.drawing.colours import POSE_COLOURS, TRUTH_COLOUR, rgb
 from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.processing import comparison
 from dockpose.app.web.panels.export import LAYER_WORDS, WHAT, ExportPanel
@@ -100,12 +100,19 @@ def test_saved_3d_page_draws_both_docks(page, browser, tmp_path):
 def test_layers_are_drawn_or_not(page):
     page.unfold("Drawn on the annotated picture")
     panel = page.app._layout.of(ExportPanel)
+    assert panel.layers == [name for name in LAYERS if name != "truth"]  # as over the page's own picture
 
     def pixels():
         data = saved(page, "Annotated picture (PNG)")[1]
         return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
 
+    def truths(picture):
+        return (np.abs(picture.astype(int) - rgb(TRUTH_COLOUR)).max(axis=2) < 40).sum()
+
+    without = pixels()
+    tick(page, LAYER_WORDS["truth"]["label"])
     whole = pixels()
+    assert truths(whole) > truths(without) + 100  # the headline is green too
     for index, name in enumerate(LAYERS):
         tick(page, LAYER_WORDS[name]["label"])
         page.until(lambda: panel.layers == list(LAYERS[index + 1 :]))  # noqa: B023

@@ -33,6 +33,13 @@ MARK = """() => {
   for (const one of targets) one.dataset.reached = "no";
   return targets.length;
 }"""
+BAR = ".mantine-ScrollArea-scrollbar[data-orientation=vertical]"
+BARS_OVER_TABS = f"""() => {{
+  const boxes = (selector) => [...document.querySelectorAll(selector)].map((one) => one.getBoundingClientRect());
+  const bars = boxes("{RIGHT} {BAR}").filter((bar) => bar.width > 0);
+  const isUnder = (tab) => bars.some((bar) => bar.left < tab.right && bar.right > tab.left && bar.top < tab.bottom - 1);
+  return boxes("{RIGHT} [role=tab]").filter(isUnder).map((tab) => [tab.left, tab.right]);
+}}"""
 STAGE, PLOT = "dockpose-picture .stage", "dockpose-histogram .plot"
 
 
@@ -81,6 +88,18 @@ def faults(page):
 def test_nothing_is_cut_off_covered_faint_or_too_small_to_hit(page, resized, size):
     resized(size)
     assert faults(page) == {}
+
+
+@pytest.mark.parametrize("size", SIZES.values(), ids=SIZES)
+def test_no_scroll_bar_lies_over_the_words_of_a_tab(page, resized, size):
+    resized(size)
+    if page.page.locator("#parts").is_visible():
+        open_part(page, "Tools")
+    open_tool(page, "Log")
+    page.page.locator(f"{RIGHT} [role=tab]").last.hover()  # bars are there while the pointer is over what scrolls
+    page.page.locator(f"{RIGHT} {BAR}").first.wait_for(state="attached")
+    page.rest()
+    assert page.page.evaluate(BARS_OVER_TABS) == []
 
 
 @pytest.mark.parametrize("size", [LAPTOP, SIZES["phone"]], ids=["laptop", "phone"])

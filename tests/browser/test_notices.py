@@ -56,6 +56,20 @@ def test_chips_and_notices_are_whole_and_cover_neither_words_nor_picture(page, r
     assert found == []
 
 
+def test_what_comes_just_after_a_notice_was_closed_by_hand_is_shown(page):
+    page.app.notify("Closed at once", "The first sentence.", "yellow", None)
+    notice = page.page.get_by_role("alert").filter(has_text="Closed at once")
+    notice.get_by_role("button").click()
+    notice.wait_for(state="detached")
+    page.app.notify("Closed at once", "The second sentence.", "yellow", None)
+    notice.filter(has_text="The second sentence.").wait_for()
+    page.app.notify("Closed at once", "The third sentence.", "yellow", None)
+    notice.filter(has_text="The third sentence.").wait_for()
+    assert notice.count() == 1  # one that is still there only gets longer
+    notice.get_by_role("button").click()
+    notice.wait_for(state="detached")
+
+
 @pytest.mark.parametrize("hides", [False, True])
 def test_notices_never_lie_over_the_picture(page, resized, hides):
     resized((1280, 800))

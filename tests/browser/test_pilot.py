@@ -16,7 +16,7 @@ from tests.support.streams import MjpegServer
 pytestmark = pytest.mark.browser
 SIZES = [(390, 844), (844, 390), (768, 1024), (1366, 768), (1920, 1080)]
 PICTURE = render(random_scene(4, position_m=(0.1, -0.05, 1.2)))[0]
-# Elements that stick out of the window, and those that lie over each other.
+# Elements that stick out of the window, those that lie over each other, and words over what is drawn.
 FAULTS = """() => {
   const all = [...document.querySelectorAll("#trust, #age, #target, a, b, i, svg.cross, svg.corridor")];
   const boxes = all.map((one) => [one, one.getBoundingClientRect()]).filter(([, box]) => box.width > 0);
@@ -25,7 +25,19 @@ FAULTS = """() => {
   const shared = (one, other, low, high) => Math.min(one[high], other[high]) - Math.max(one[low], other[low]) > 2;
   const isOver = ([one, box]) => boxes.some(([other, its]) => one !== other
     && shared(box, its, "left", "right") && shared(box, its, "top", "bottom"));
-  return boxes.filter((one) => isOut(one) || isOver(one)).map(([one]) => one.outerHTML.slice(0, 80));
+  const isOnLine = ([word, box]) => [...word.parentNode.querySelectorAll("path, circle")].some((shape) => {
+    const toShape = shape.getScreenCTM().inverse();
+    for (let y = box.top; y <= box.bottom; y += 1) {
+      for (let x = box.left; x <= box.right; x += 1) {
+        const point = new DOMPoint(x, y).matrixTransform(toShape);
+        if (shape.isPointInStroke(point) || (!shape.matches(".axis") && shape.isPointInFill(point))) return true;
+      }
+    }
+    return false;
+  });
+  const drawn = [...document.querySelectorAll("svg text")].map((one) => [one, one.getBoundingClientRect()]);
+  const found = boxes.filter((one) => isOut(one) || isOver(one)).concat(drawn.filter(isOnLine));
+  return found.map(([one]) => one.outerHTML.slice(0, 80));
 }"""
 
 

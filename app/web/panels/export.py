@@ -3,7 +3,7 @@
 from functools import partial
 
 import cv2
-from dockpose.app.drawing.annotated import LAYERS
+from dockpose.app.drawing.annotated import DRAWN, LAYERS
 from dockpose.app.errors import UserError
 from dockpose.app.export.bundle import Files, bundle_name, picture_files, to_zip
 from dockpose.app.export.data import to_png
@@ -37,7 +37,9 @@ class ExportPanel(Panel):
         self.add("button", "save_all", self.save_all)
         self._saver = BackgroundWork(app)
         with self.gui.add_folder("Drawn on the annotated picture", expand_by_default=False):
-            self._layers = {name: self.gui.add_checkbox(**LAYER_WORDS[name], initial_value=True) for name in LAYERS}
+            self._layers = {
+                name: self.gui.add_checkbox(**LAYER_WORDS[name], initial_value=name in DRAWN) for name in LAYERS
+            }
 
     @property
     def layers(self) -> list[str]:

@@ -10,6 +10,7 @@ from dockpose import Settings, estimate
 from dockpose.app.cli import main
 from dockpose.app.commands.estimate import replay_session
 from dockpose.app.drawing.annotated import LAYERS
+from dockpose.app.drawing.colours import TRUTH_COLOUR, bgr
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Session
 from dockpose.app.export.bundle import read_lines
@@ -64,6 +65,23 @@ def test_a_picture_becomes_one_file_of_the_kind_asked_for(tmp_path):
     export(source, tmp_path / "bare.png", "--layers", "")
     drawn = cv2.imread(str(tmp_path / "bare.png"))
     np.testing.assert_array_equal(drawn, cv2.imread(str(source)))
+
+
+def test_the_truth_is_drawn_where_it_is_asked_for_and_known(tmp_path, capsys):
+    counts = []
+    for name, layers in (("plain", "a"), ("plain", "truth")):
+        assert export(sample_path(name), tmp_path / "a.png", "--layers", layers) == 0
+        drawn = np.asarray(cv2.imread(str(tmp_path / "a.png")), dtype=int)
+        counts.append((np.abs(drawn - bgr(TRUTH_COLOUR)).max(axis=2) < 40).sum())
+    assert counts[0] == 0
+    assert counts[1] > 100
+    assert "truth" not in capsys.readouterr().err
+    unknown, camera = tmp_path / "unknown.png", sample_path("plain").with_suffix(".yaml")
+    unknown.write_bytes(sample_path("plain").read_bytes())
+    assert (
+        export(unknown, tmp_path / "b.png", "--layers", "truth", "--camera", str(camera), "--dock-diameter", "0.3") == 0
+    )
+    assert f"{unknown}: no truth is known of it" in capsys.readouterr().err
 
 
 @pytest.fixture

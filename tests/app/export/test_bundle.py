@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from dockpose import Settings
-from dockpose.app.drawing.annotated import LAYERS, annotate
+from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.colours import TRUST_COLOURS
 from dockpose.app.export.bundle import picture_files, read_lines, to_zip
 from dockpose.app.processing.analysis import analyse
@@ -41,9 +41,7 @@ def test_all_files_agree(analysis):
     np.testing.assert_array_equal(picture, analysis.view.image)
     drawn = cv2.imdecode(np.frombuffer(files["annotated.png"], np.uint8), cv2.IMREAD_COLOR)
     headline = ("Dock found", TRUST_COLOURS["green"])
-    np.testing.assert_array_equal(
-        drawn, annotate(analysis.view.image, analysis.estimate, layers=LAYERS, headline=headline)
-    )
+    np.testing.assert_array_equal(drawn, annotate(analysis.view.image, analysis.estimate, headline=headline))
     line = json.loads(files["result.json"])
     (row,) = csv.DictReader(io.StringIO(files["result.csv"].decode()))
     assert float(row["a_z_m"]) == line["candidates"][0]["position_m"][2]

@@ -13,11 +13,13 @@ import pytest
 import yaml
 from dockpose import Camera, Dock, estimate
 from dockpose.app.drawing.annotated import LAYERS, annotate
+from dockpose.app.drawing.colours import POSE_COLOURS, TRUTH_COLOUR, bgr
 from dockpose.app.drawing.figures import picture_figure, to_pdf, to_png, to_svg
 from dockpose.app.export.recordings.ros import covariance, pose_yaml
 from dockpose.app.export.report import histogram_figure
-from dockpose.estimate.geometry import scale_bar
+from dockpose.estimate.geometry import pose_lines, scale_bar
 from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.known import KnownPose
 from dockpose.pose.solve import find_poses
 from dockpose.simulate import render
 from PIL import Image
@@ -27,6 +29,7 @@ from tests.support.scenes import CAMERA, DOCK, random_scene
 
 PICTURE, _ = render(random_scene(2, position_m=(0.0, 0.05, 1.4), theta_x_deg=20.0, theta_y_deg=-15.0))
 FOUND = estimate(PICTURE, CAMERA, DOCK)
+TRUTH = KnownPose((0.0, 0.05, 1.4), 20.0, -15.0)
 NOTHING = estimate(np.full((480, 640), 10, np.uint8), CAMERA, DOCK)
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -55,24 +58,47 @@ def test_svg_holds_the_very_picture_and_text_as_text():
     [
         ("lights", "light on the ring"),
         ("ellipse", "ellipse"),
-        ("centres", "dock centre"),
-        ("normals", "A"),
+        ("ellipse", "ellipse centre"),
+        ("a", "A"),
+        ("a", "dock centre"),
+        ("b", "B"),
+        ("truth", "truth"),
         ("text", "chosen"),
         ("scale", "at the dock"),
     ],
 )
 def test_each_layer_can_be_left_out(layer, word):
-    alone = texts(to_svg(picture_figure(PICTURE, FOUND, [layer])))
-    without = texts(to_svg(picture_figure(PICTURE, FOUND, [name for name in LAYERS if name != layer])))
+    alone = texts(to_svg(picture_figure(PICTURE, FOUND, [layer], TRUTH)))
+    without = texts(to_svg(picture_figure(PICTURE, FOUND, [name for name in LAYERS if name != layer], TRUTH)))
     assert any(text.startswith(word) or word in text.split(": ")[0] or word in text for text in alone)
     assert not any(text == word or (len(word) > 8 and word in text) for text in without)
 
 
+@pytest.mark.parametrize("kind", ["pixels", "figure"])
+@pytest.mark.parametrize(("layer", "colour"), [*zip("ab", POSE_COLOURS, strict=True), ("truth", TRUTH_COLOUR)])
+def test_a_pose_is_drawn_where_it_lies_and_in_its_own_colour_alone(layer, colour, kind):
+    poses = {"a": FOUND.candidates[0], "b": FOUND.candidates[1], "truth": TRUTH}
+    if kind == "pixels":
+        drawn, scale = annotate(PICTURE, FOUND, layers=[layer], truth=TRUTH), 1.0
+    else:
+        figure = picture_figure(PICTURE, FOUND, [layer], TRUTH)
+        figure.legends.clear()
+        drawn = cv2.imdecode(np.frombuffer(to_png(figure), np.uint8), cv2.IMREAD_COLOR)
+        scale = drawn.shape[1] / FOUND.width
+    is_coloured = {one: np.abs(drawn.astype(int) - bgr(one)).max(axis=2) < 40 for one in (*POSE_COLOURS, TRUTH_COLOUR)}
+    # The tips of the normals are far apart; at the rims all poses meet.
+    x, y = np.rint(scale * pose_lines(poses[layer], FOUND)[2][1]).astype(int)
+    assert is_coloured[colour][y - 3 : y + 4, x - 3 : x + 4].any()
+    counts = {one: int(pixels.sum()) for one, pixels in is_coloured.items()}
+    assert counts.pop(colour) > 100
+    assert set(counts.values()) == {0}
+
+
 @pytest.mark.parametrize("layer", LAYERS)
 def test_each_layer_of_the_png_changes_something_of_its_own(layer):
-    plain = annotate(PICTURE, FOUND, layers=())
+    plain = annotate(PICTURE, FOUND, layers=(), truth=TRUTH)
     np.testing.assert_array_equal(plain, cv2.cvtColor(PICTURE, cv2.COLOR_GRAY2BGR))
-    assert (annotate(PICTURE, FOUND, layers=[layer]) != plain).any()
+    assert (annotate(PICTURE, FOUND, layers=[layer], truth=TRUTH) != plain).any()
     with pytest.raises(ValueError, match="layers has 'lamps'"):
         annotate(PICTURE, FOUND, layers=["lamps"])
 

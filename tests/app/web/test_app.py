@@ -161,7 +161,7 @@ def test_notices_in_a_rush_are_one_text():
 
 
 def test_a_notice_that_grows_is_shown_as_long_again():
-    notices, notice = Notifications(), SimpleNamespace(auto_close_seconds=SHOWN_S)
+    notices, notice = Notifications(), SimpleNamespace(auto_close_seconds=SHOWN_S, _show=lambda: None)
     client: Any = SimpleNamespace(client_id=1, add_notification=lambda *words, **props: notice)
     told_s = []
     for sentence in "abc":

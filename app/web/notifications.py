@@ -5,6 +5,7 @@ import time
 from typing import Literal
 
 import viser
+from dockpose.app.web.server.viser_private import show_again
 
 Colour = Literal["red", "yellow", "green"]
 SHOWN_S = 12.0
@@ -29,7 +30,7 @@ class Notifications:
                 sentences = [*sentences, sentence]
                 handle.body = together(sentences)
                 handle.auto_close_seconds = SHOWN_S + len(sentences) / 1000  # only another time starts it again
-                handle._show()  # it may have been closed by hand; nothing happens where it is still there
+                show_again(handle)
             else:
                 handle = client.add_notification(title, sentence, color=colour, auto_close_seconds=SHOWN_S)
                 sentences = [sentence]

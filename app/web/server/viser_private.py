@@ -171,6 +171,11 @@ def hear_values(handle: Any, hear: Callable[[dict[str, Any]], None]) -> None:
     handle._impl.sync_cb = hear_and_tell
 
 
+def show_again(notice: viser.NotificationHandle) -> None:
+    """Show a notification that may have been closed by hand; nothing happens where it is still there."""
+    notice._show()
+
+
 def control(gui: viser.GuiApi, uuid: str) -> Any:
     """The control of an id; None where there is none."""
     return gui._gui_input_handle_from_uuid.get(uuid)

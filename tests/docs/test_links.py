@@ -15,7 +15,8 @@ def test_links_lead_somewhere(page):
         path, _, anchor = target.partition("#")
         file = (page.parent / path) if path else page
         assert file.exists(), target
-        assert not anchor or anchor in anchors(file), target
+        is_for_a_look = file.suffix == ".webp" and anchor in ("only-light", "only-dark")
+        assert not anchor or is_for_a_look or anchor in anchors(file), target
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

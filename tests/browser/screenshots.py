@@ -5,12 +5,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import cv2
-import numpy as np
 from dockpose import Dock, Entrance
 from dockpose.app.state.camera import with_own_dock
 from dockpose.app.state.view import open_source
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
+from dockpose.camera.image import decode
 from playwright.sync_api import sync_playwright
 
 from tests.browser.chromium import find
@@ -110,7 +110,7 @@ def _write_modes(page: Page, app: App) -> None:
 def _shoot_both(page: Page, mode: str) -> None:
     for scheme in ("light", "dark"):
         page.page.emulate_media(color_scheme=scheme)
-        taken = cv2.imdecode(np.frombuffer(_taken(page), np.uint8), cv2.IMREAD_COLOR)
+        taken = decode(_taken(page), mode)
         cv2.imwrite(str(FIGURES / f"page-{mode}-{scheme}.webp"), taken, [cv2.IMWRITE_WEBP_QUALITY, WEBP_QUALITY])
     page.page.emulate_media(color_scheme="light")
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -73,7 +73,7 @@ def is_on_axis(position_m: Vector, normal: Vector) -> bool:
     return not any((*position_m[:2], *normal[:2]))
 
 
-class LightRing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, dict=True, rename={"diameter": "diameter_m"}):
+class LightRing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"diameter": "diameter_m"}):
     """What a dock and each of its rings have: a circle of lights."""
 
     diameter: float = _NOT_GIVEN
@@ -121,7 +121,7 @@ class LightRing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, dict=Tr
             if other - one < _CLOSEST_DEG:
                 raise ValueError(f"angles_deg has two lights at {one:g} degrees; each must have its own place")
 
-    @cached_property
+    @property
     def radius(self) -> float:
         """Half the diameter, in metres."""
         return self.diameter / 2

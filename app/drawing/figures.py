@@ -127,8 +127,8 @@ def _draw_pose(axes: "Axes", estimate: Estimate, pose: CirclePose | KnownPose, n
         _draw_line(axes, estimate, points, **(style | {"linewidth": style["linewidth"] / 2}))
     _draw_line(axes, estimate, normal, **style)
     axes.plot(*normal[1], "o", color=style["color"], markersize=3 + style["linewidth"] / 2)
-    at: dict[str, Any] = {"textcoords": "offset points", "ha": "left" if name in colours.POSE_NAMES else "right"}
-    axes.annotate(name, normal[1], (4 if at["ha"] == "left" else -6, -3), color=style["color"], **at)
+    off, side = ((4, -3), "left") if name in colours.POSE_NAMES else ((-6, -3), "right")
+    axes.annotate(name, normal[1], off, textcoords="offset points", ha=side, color=style["color"])
 
 
 def _draw_line(axes: "Axes", estimate: Estimate, points: np.ndarray, **style: Any) -> None:

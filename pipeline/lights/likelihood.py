@@ -8,8 +8,8 @@ from dockpose.lights.centroids import beyond_noise, is_nearest, median_along_edg
 from dockpose.lights.reprojection import solve
 
 # Rounds of Gauss and Newton's method. A centre that moves by less than this share of its standard deviation, while the
-# squares fall by less than that share, has settled: what is left adds 2 % to its error. A small lamp's radius and blur,
-# of which each can stand for the other, settle far later.
+# squares should fall by less than that share, has settled: what is left adds 2 % to its error. A small lamp's radius
+# and blur, of which each can stand for the other, settle far later.
 _ROUNDS, _SETTLED, _FALLEN = 12, 0.2, 0.05
 _LEAST_PIXELS, _NUMBERS = 16, 11  # of a window; numbers that a fit finds
 _BLUR_PX, _LEAST_BLUR_PX = 0.85, 0.3  # of a lens, to begin with

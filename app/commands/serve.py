@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 from dockpose.app.commands.arguments import camera_of, dock_of, vehicle_of, warned, wishes_of
 from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, say
 from dockpose.app.errors import UserError
-from dockpose.app.export.mavlink import Autopilot
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER, Options
 from dockpose.sources import Kind, kind_of
 from dockpose.vehicle import Vehicle
 
 if TYPE_CHECKING:
+    from dockpose.app.export.mavlink import Autopilot
     from dockpose.app.web.app import App
 
 KNOWN = {"port": {"default": DEFAULT_PORT}, "sessions": {"default": SESSIONS_FOLDER}}
@@ -86,11 +86,13 @@ def _options(arguments: argparse.Namespace) -> Options:
     )
 
 
-def _autopilot(arguments: argparse.Namespace, vehicle: Vehicle | None) -> Autopilot | None:
+def _autopilot(arguments: argparse.Namespace, vehicle: Vehicle | None) -> "Autopilot | None":
     """The link to an autopilot, on which nothing is sent until somebody switches it on on the page."""
     if arguments.mavlink is None:
         return None
     if arguments.source is None or kind_of(arguments.source) not in (Kind.CAMERA, Kind.STREAM):
         raise UserError(f"--mavlink {arguments.mavlink}: sends what is seen now; give a camera or a stream")
+    from dockpose.app.export.mavlink import Autopilot  # loads what takes long and is seldom asked for
+
     send, ids = arguments.mavlink_send, arguments.mavlink_ids
     return Autopilot(arguments.mavlink, send, ids, arguments.mavlink_age, vehicle, say, is_on=False)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import cv2
 import dockpose.app.drawing.numbers as numbers
 import msgspec
 import numpy as np
@@ -22,7 +23,6 @@ from dockpose.pose.uncertainty import diameter_share
 from dockpose.study import budget as budgets
 from dockpose.study.budget import USUAL_NOISE_PX, Budget
 from dockpose.thresholds import METHODS
-from scipy.spatial.transform import Rotation
 
 _ADVICE = {
     "no_lights": "Try a lower level or a smaller minimum area, and check that no mask covers the dock.",
@@ -251,7 +251,7 @@ def _angles_off(row: Row, fit: TapeFit) -> tuple[float, float]:
     assert row.theta_x_deg is not None
     assert row.theta_y_deg is not None
     normal = -rotation_from_angles(math.radians(row.theta_x_deg), math.radians(row.theta_y_deg))[:, 2]
-    found = np.degrees(angles_of(Rotation.from_rotvec(fit.turn_rad).apply(normal)))
+    found = np.degrees(angles_of(cv2.Rodrigues(fit.turn_rad)[0] @ normal))
     true = (row.measured_theta_x_deg, row.measured_theta_y_deg)
     off = [
         math.nan if angle is None else math.remainder(one - angle, 360) for one, angle in zip(found, true, strict=True)

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
@@ -123,5 +123,5 @@ def _measurable(numbers: np.ndarray, estimated_m: np.ndarray) -> np.ndarray:
     straight = estimated_m.copy()
     tangents2 = (estimated_m[:, :2] ** 2).sum(axis=1) / estimated_m[:, 2] ** 2
     straight[:, :2] *= (1 + edge * tangents2)[:, None]
-    in_tank = scale * Rotation.from_rotvec(turn).apply(straight) + shift
+    in_tank = scale * straight @ cv2.Rodrigues(turn)[0].T + shift
     return np.column_stack([in_tank, scale * np.linalg.norm(straight, axis=1) + zero])

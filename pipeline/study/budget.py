@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from statistics import NormalDist
 from typing import cast
 
 import numpy as np
@@ -15,7 +16,6 @@ from dockpose.pose.refine import light_rays, refine
 from dockpose.pose.solve import find_poses
 from dockpose.pose.uncertainty import SharedErrors, deviations
 from dockpose.study.judge import nearest, signed_errors
-from scipy.special import ndtr
 
 USUAL_NOISE_PX = 0.3  # of a light's centre along each axis; 0.1 for bright, sharp lights, 1 in turbid water
 # Two neighbouring lights are one group where less than this lies between their centres: each is about three pixels
@@ -190,7 +190,7 @@ def _tells_apart(camera: Camera, dock: Dock, tilt_deg: float, lights_px: np.ndar
     others = [pose.rms_px or 0.0 for index, pose in enumerate(choice.candidates) if index != choice.selected]
     if not others:
         return 1.0
-    return float(ndtr(min(others) * math.sqrt(len(lights_px)) / (2 * noise_px)))
+    return NormalDist().cdf(min(others) * math.sqrt(len(lights_px)) / (2 * noise_px))
 
 
 def _apart(points: np.ndarray) -> float:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import cv2
 import numpy as np
+from dockpose.compiled import compiled
 from dockpose.pixels.bright import PixelGroups, pixels_at
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
@@ -95,18 +96,43 @@ def _peaks(blurred: np.ndarray, response: np.ndarray, sigma_px: float) -> np.nda
     spread = float(np.median(np.abs(response[::step, ::step]))) / 0.6745
     # What rounding leaves of a blurred difference of blurs, at least.
     noise = max(spread, _QUANTISED * 0.3 / sigma_px)
-    clear = response > _CLEAR_NOISE * noise
-    if not clear.any():
-        return np.empty((0, 2), dtype=int)
     size = 2 * math.ceil(sigma_px) + 1
-    near = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    # Along an edge, as the rim of a larger light, the response has peaks where the picture has none.
-    tops = cv2.dilate((blurred >= cv2.dilate(blurred, np.ones((3, 3)))).astype(np.uint8), near) > 0
-    rows, columns = np.nonzero(clear & (response >= cv2.dilate(response, near)) & tops)
+    near = np.argwhere(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))) - size // 2
+    clear = np.flatnonzero(response > _CLEAR_NOISE * noise)
+    rows, columns = np.divmod(clear[_are_tops(clear, blurred, response, near)], response.shape[1])
     kept = _are_round(response, rows, columns)
     rows, columns = rows[kept], columns[kept]
     order = np.argsort(-response[rows, columns], kind="stable")[:_MOST_LIGHTS]
     return np.column_stack([rows[order], columns[order]])
+
+
+@compiled
+def _are_tops(index: np.ndarray, blurred: np.ndarray, response: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Which pixels (n,) of a response (h, w) are the highest of those ``near``, offsets (M, 2), with a peak there.
+
+    Along an edge, as the rim of a larger light, the response has peaks where the picture has none.
+    """
+    width, square = response.shape[1], np.array([(y, x) for y in range(-1, 2) for x in range(-1, 2)])
+    are_tops = np.zeros(len(index), np.bool_)
+    for number in range(len(index)):
+        row, column = index[number] // width, index[number] % width
+        if _is_highest(response, row, column, near):
+            for down, right in near:
+                are_tops[number] |= _is_highest(blurred, row + down, column + right, square)
+    return are_tops
+
+
+@compiled
+def _is_highest(values: np.ndarray, row: int, column: int, near: np.ndarray) -> bool:
+    """Whether a pixel is within the picture, and none near it, at offsets (M, 2), is higher."""
+    height, width = values.shape
+    if not (0 <= row < height and 0 <= column < width):
+        return False
+    for down, right in near:
+        y, x = row + down, column + right
+        if 0 <= y < height and 0 <= x < width and values[y, x] > values[row, column]:
+            return False
+    return True
 
 
 def _are_round(response: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:

@@ -80,16 +80,20 @@ def test_a_mistyped_command_is_told_once():
     assert done.stderr == wanted
 
 
-def loaded_by(words, names):
-    """Which of these modules a command loads, in a process of its own."""
+def loaded_by(words, names, then=""):
+    """Which of these modules a command loads, and what may follow, in a process of its own."""
     code = f"""
 import contextlib, sys
 from dockpose.app.cli import main
 with contextlib.suppress(SystemExit):
     main({words!r})
+{then}
 print([name for name in {names!r} if name in sys.modules])"""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
     return done.stdout.splitlines()[-1]
+
+
+SLOW = ["scipy.linalg", "scipy.special", "scipy.spatial", "scipy.optimize", "scipy.fft", "matplotlib"]
 
 
 @pytest.mark.slow
@@ -100,8 +104,13 @@ def test_help_and_version_load_no_library(words):
 
 @pytest.mark.slow
 def test_the_estimate_of_a_picture_loads_none_of_what_takes_long():
-    slow = ["scipy.linalg", "scipy.special", "scipy.spatial", "scipy.fft", "matplotlib", "viser", "rich"]
-    assert loaded_by(["estimate", "tilted"], slow) == "[]"
+    assert loaded_by(["estimate", "tilted"], [*SLOW, "viser", "rich"]) == "[]"
+
+
+@pytest.mark.slow
+def test_the_page_shows_its_first_result_without_what_takes_long():
+    page = "from dockpose.app.web.app import App\nwith App() as app: assert app.wait_until_idle(120)"
+    assert loaded_by(["serve", "--help"], SLOW, page) == "[]"
 
 
 def test_how_far_compiling_is_said_at_once_and_every_few_seconds(monkeypatch, capsys):

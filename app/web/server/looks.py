@@ -52,13 +52,15 @@ class UpdatePacing:
     draws_slowly: Callable[[], bool]
     is_playing: Callable[[], bool]
     clock: Callable[[], float] = time.monotonic
-    shown_s: float = -math.inf
+    due_s: float = -math.inf
 
     def shows_next(self) -> bool:
         """Whether to show the next frame, in all panels; otherwise it is shown nowhere."""
-        if self.is_playing() and self.clock() - self.shown_s < FRAME_EVERY_S:
+        now_s = self.clock()
+        if self.is_playing() and now_s < self.due_s:
             return False
-        self.shown_s = self.clock()
+        # After a late frame the next may come sooner.
+        self.due_s = max(self.due_s, now_s - FRAME_EVERY_S) + FRAME_EVERY_S
         return True
 
     def hides_scene(self) -> bool:

@@ -2,10 +2,13 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from dockpose.app.export.mavlink import Autopilot
 from dockpose.sources import NO_WISHES, Wishes
 from dockpose.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from dockpose.app.export.mavlink import Autopilot
 
 UPLOAD_LIMIT_BYTES = 200 * 2**20
 DEFAULT_PORT = 8080
@@ -26,7 +29,7 @@ class Options:
     view_link: bool = False  # whether there is a second address, for who may look but change nothing
     wishes: Wishes = NO_WISHES  # what a camera is asked for that was given at the start
     topic: str | None = None  # of the bag that it starts with
-    autopilot: Autopilot | None = None  # to which the page may send what it sees
+    autopilot: "Autopilot | None" = None  # to which the page may send what it sees
     vehicle: Vehicle | None = None  # that carries the camera
 
 

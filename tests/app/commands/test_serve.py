@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from dockpose.app.cli import main
 from dockpose.app.commands import serve as command
+from dockpose.app.export import mavlink
 from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.web import app as web_app
 from dockpose.app.web.app import App
@@ -96,7 +97,7 @@ def test_pages_of_a_picture_that_is_served_turn_in_its_folder_and_have_checksums
 def test_an_autopilot_is_told_where_the_camera_sits(tmp_path, monkeypatch, told_by):
     (tmp_path / "v.yaml").write_text("T_body_camera: {position_m: [0.2, 0, 0]}\nframe: flu")
     told = []
-    monkeypatch.setattr(command, "Autopilot", lambda *given, is_on, **_: told.append((given[4], is_on)))
+    monkeypatch.setattr(mavlink, "Autopilot", lambda *given, is_on, **_: told.append((given[4], is_on)))
     told_by("rtp://:5600", "--mavlink", "udpout:127.0.0.1:9", "--vehicle", str(tmp_path / "v.yaml"))
     ((vehicle, is_on),) = told
     assert (vehicle.T_body_camera.position_m, vehicle.frame) == ((0.2, 0.0, 0.0), "flu")

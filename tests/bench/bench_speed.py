@@ -14,7 +14,7 @@ from dockpose.simulate.parts import Background, Lights
 from tests.bench.lamps import draw_lamps
 
 DOCK = Dock(0.30, 10)
-# Picture size, and how many times ArUco's time the estimate may take, by one core each.
+# Picture size, and how many times ArUco's time the estimate may take.
 SIZES = {(640, 480): 1.0, (1920, 1080): 0.5, (3840, 2160): 0.3}
 AT_MOST_HISTOGRAMS = 3.0  # at 3840 x 2160
 
@@ -90,6 +90,6 @@ def test_image_to_both_poses(size, draw, cores):
         f"calcHist {histogram:.2f} ms; "
         f"{ours / aruco:.2f} of ArUco (asked {SIZES[size]}), {ours / histogram:.2f} of calcHist"
     )
-    assert cores != "one core each" or ours / aruco <= SIZES[size]
+    assert ours / aruco <= SIZES[size]
     if size == (3840, 2160) and draw is scene:
         assert ours / histogram <= AT_MOST_HISTOGRAMS

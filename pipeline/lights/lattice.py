@@ -13,6 +13,7 @@ _TOLERANCE = 0.05  # of a step, by which perspective and lens change it from one
 # An arc of a ring is open where so many corners in a row are empty; on a cable the next lamp is so many steps on, and
 # within an eighth of a turn of straight ahead.
 _OPEN, _NEXT, _AHEAD = 3, (0.5, 1.6), math.cos(math.pi / 4)
+_CLOSE = 0.25  # of how far off a light may be: more than its centre's error, mostly
 _BY_CHANCE = 0.02  # of all ends of a ring having a lamp beyond
 _LEAST_ANGLE = math.sin(math.radians(20))  # between a lattice's two directions, as steeply as it may be seen
 
@@ -68,9 +69,12 @@ def _meets(on_ring: np.ndarray, mapping: np.ndarray, others: np.ndarray, toleran
     others = others[np.linalg.norm(others - middle, axis=1) < reach]
     if not len(others) or not len(places):
         return False
-    met = int((KDTree(places).query(others)[0] < tolerance_px).sum())
-    chance = min(1.0, len(places) * (tolerance_px / reach) ** 2)
-    return bool(bdtrc(met - 1, len(others), chance) < ACCEPTED_AMONG_OTHERS)
+    off_px = KDTree(places).query(others)[0]
+    # Of a small ring only a few are near, which say more where they are as exact as its lights.
+    within_px = np.array([tolerance_px, _CLOSE * tolerance_px])
+    met = (off_px[:, None] < within_px).sum(axis=0)
+    chance = np.minimum(1.0, len(places) * (within_px / reach) ** 2)
+    return bool((bdtrc(met - 1.0, len(others), chance) < ACCEPTED_AMONG_OTHERS / 2).any())
 
 
 def strung(corners: np.ndarray, points_px: np.ndarray, area_px2: float) -> bool:

@@ -38,6 +38,23 @@ def test_a_lattice_is_no_ring_and_says_so(kind, turned_rad, count):
     assert "repeat as in a lattice" in ring.reason
 
 
+@pytest.mark.parametrize("count", [6, None])
+def test_six_of_a_few_lamps_in_rows_are_no_ring(count):
+    # Each point of a lattice has six about it, (1, 0), (0, 1), (-1, 1) and their opposites, that a hexagon's image runs
+    # through: beside other lamps, as a digit of a display.
+    steps = np.array([[0, 0], [1, 0], [0, 1], [-1, 1], [-1, 0], [0, -1], [1, -1], [1, 1], [-2, 1]])
+    digit = np.array([300.0, 200.0]) + steps @ np.array([[8.0, 0.1], [-0.3, 7.5]])
+    elsewhere = np.random.default_rng(5).uniform([20, 300], [620, 470], (60, 2))
+    assert not ring_of(np.vstack([digit, elsewhere]), count).found
+
+
+@pytest.mark.parametrize("count", [6, None])
+def test_a_ring_of_six_about_a_lamp_is_found(count):
+    ours = lights(6, z_m=1.0, angles=(0.2, 0.3))
+    points = np.vstack([ours, ours.mean(axis=0), ours[0] + [60, 10], ours[3] - [80, 30]])
+    assert np.flatnonzero(ring_of(points, count).on_ring).tolist() == list(range(6))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [4, 6, 8, 10, None])
 def test_lamps_in_rows_and_columns_are_no_ring(count):

@@ -11,6 +11,7 @@ from dockpose.lights.reprojection import solve
 # squares should fall by less than that share, has settled: what is left adds 2 % to its error. A small lamp's radius
 # and blur, of which each can stand for the other, settle far later.
 _ROUNDS, _SETTLED, _FALLEN = 12, 0.2, 0.05
+_FINE_PX = 40  # from the middle to the edge of a window, beyond which squares do, for time
 _LEAST_PIXELS, _NUMBERS = 16, 11  # of a window; numbers that a fit finds
 _BLUR_PX, _LEAST_BLUR_PX = 0.85, 0.3  # of a lens, to begin with
 # A white light is seen where its flank begins: so many times as bright, and smaller by so much, to begin with.
@@ -21,7 +22,10 @@ _DAMPED, _ROUND = 0.01, 0.05  # share of the diagonal; standard deviation that i
 # Lamps so large have a slope of their own; it is told as far as it exceeds so many variances.
 _SLOPED_PX, _SURE = 5.0, 4.0
 _FOOT = 0.2  # of a light's height, from which on its area is counted
-_SHAPELESS = 0.05  # share of a light's height by which a pixel may be off, root mean square, or it is no such disc
+# Share of a light's height by which a pixel may be off beyond its noise, root mean square, or it is no such disc. The
+# noise is what neighbours differ by, known to one over the root of their number (von Neumann 1941). So many standard
+# deviations are left to chance.
+_SHAPELESS, _CHANCE = 0.05, 3.0
 _FARTHEST_PX, _FARTHEST = 0.5, 0.2  # from where it began, or a share of its radius: no light of this shape
 # The normal distribution and its density from -_FLAT to _FLAT, in steps so small that lines between them are 1e-5 off.
 _PER_BLUR = 64
@@ -39,50 +43,74 @@ def fitted_centres(
     for light in range(len(points)):
         if reach[light] == 0:
             continue
-        pixels, water = _pixels(grey, points, light, reach[light])
+        side = 1 + 2 * ((reach[light] + _FINE_PX - 1) // (2 * _FINE_PX))
+        pixels, water = _pixels(grey, points, light, reach[light], side)
         if len(pixels) >= _LEAST_PIXELS:
-            _fit(pixels, white - water, centres[light], covariances[light])
+            centres[light] += side * _fit(pixels, white - water, covariances[light])
+            covariances[light] *= side * side
     return centres, covariances
 
 
 @compiled
-def _pixels(grey: np.ndarray, points: np.ndarray, light: int, far: int) -> tuple[np.ndarray, float]:
-    """x, y and level above the water (K, 3) of a light's pixels, whose mirrored ones are its own too; the water."""
+def _pixels(grey: np.ndarray, points: np.ndarray, light: int, far: int, side: int) -> tuple[np.ndarray, float]:
+    """x, y from the light and level above the water (K, 3) of its pixels whose mirrored ones are its own; the water.
+
+    Of a large light they are squares, of an odd number of pixels a side so that their middles are pixels, and the unit.
+    """
     x0, y0 = points[light]
     row, column = int(np.rint(y0)), int(np.rint(x0))
     top, bottom, left, right = window_at(grey, row, column, far)
     water = median_along_edge(grey, top, bottom, left, right)
     beside = nearest(points, light, 3.0 * far)
-    pixels, count = np.empty(((bottom - top + 1) * (right - left + 1), 3)), 0
+    half, most = side // 2, 2 * far // side + 1
+    pixels, count = np.empty(((most + 1) ** 2, 3)), 0
     across, down = int(np.rint(2 * x0)), int(np.rint(2 * y0))  # of a pixel and the one that mirrors it, together
-    for y in range(max(top, down - bottom), min(bottom, down - top) + 1):
-        for x in range(max(left, across - right), min(right, across - left) + 1):
-            is_own = is_nearest(points, light, beside, x, y)
-            if is_own and is_nearest(points, light, beside, across - x, down - y):
-                pixels[count, 0], pixels[count, 1], pixels[count, 2] = x, y, grey[y, x] - water
+    for y_step in range(-most + (most + down) % 2, most + 1, 2):
+        y = (down + side * y_step) // 2
+        mirrored_y = down - y
+        if min(y, mirrored_y) - half < top or max(y, mirrored_y) + half > bottom:
+            continue
+        for x_step in range(-most + (most + across) % 2, most + 1, 2):
+            x = (across + side * x_step) // 2
+            mirrored_x = across - x
+            if min(x, mirrored_x) - half < left or max(x, mirrored_x) + half > right:
+                continue
+            if is_nearest(points, light, beside, x, y) and is_nearest(points, light, beside, mirrored_x, mirrored_y):
+                pixels[count, 0], pixels[count, 1] = (x - x0) / side, (y - y0) / side
+                pixels[count, 2] = _mean(grey, x, y, half) - water
                 count += 1
     return pixels[:count], water
 
 
 @compiled
-def _fit(pixels: np.ndarray, white: float, centre: np.ndarray, covariance: np.ndarray) -> None:
-    """Fit a light of any height, radius, blur and axes by Gauss and Newton's method; NaN where there is none.
+def _mean(grey: np.ndarray, x: int, y: int, half: int) -> float:
+    """Mean of the square that goes so many pixels to each side of one."""
+    total = 0.0
+    for row in range(y - half, y + half + 1):
+        for column in range(x - half, x + half + 1):
+            total += grey[row, column]
+    return total / (2 * half + 1) ** 2
+
+
+@compiled
+def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray) -> np.ndarray:
+    """Centre (2,) of a light of any height, radius, blur and axes by Gauss and Newton's method, 0 where there is none.
 
     Its centre and the water's slope are odd about the centre and all else is even, so that neither depends on the
     other (Kay 1993, section 7.8). Pixels that are white, or that the light makes so, say nothing.
     """
-    shape, odd = _first_shape(pixels, white, centre), np.array([centre[0], centre[1], 0.0, 0.0])
+    shape, odd, none = _first_shape(pixels, white), np.zeros(4), np.zeros(2)
     if shape[0] <= 0:
-        return
+        return none
     is_sloped = shape[1] > _SLOPED_PX and shape[0] < white
     reach = max(_FARTHEST_PX, _FARTHEST * shape[1])
     odd_rows, even_rows = np.empty((7, len(pixels))), np.empty((7, len(pixels)))
-    step, noise = np.zeros((4, 3)), 0.0
+    step, noise, sigma = np.zeros((4, 3)), 0.0, 0.0
     for _ in range(_ROUNDS):
         used = _rows(pixels, white, shape, odd, odd_rows, even_rows)
         A, E = _products(odd_rows, used), _products(even_rows, used)
         if used < _LEAST_PIXELS or A[0, 0] <= 0 or A[1, 1] <= 0:
-            return
+            return none
         squares, freedom = A[6, 6], max(1, used - _NUMBERS)
         noise = squares / freedom
         fallen = _change_shape(shape, E, max(noise, 1e-3) / _ROUND**2)
@@ -95,22 +123,21 @@ def _fit(pixels: np.ndarray, white: float, centre: np.ndarray, covariance: np.nd
         if math.hypot(step[0, 0], step[1, 0]) < _SETTLED * sigma and fallen < _FALLEN * squares:
             noise = (squares - fallen) / freedom
             break
-    if noise > (_SHAPELESS * min(shape[0], white)) ** 2:
-        return
-    if not math.hypot(odd[0] - centre[0], odd[1] - centre[1]) < reach:
-        return
-    centre[0], centre[1] = odd[0], odd[1]
+    wrong = noise * (1 - _CHANCE / math.sqrt(used)) - _rough(odd_rows[6, :used])
+    if wrong > (_SHAPELESS * min(shape[0], white)) ** 2 or not math.hypot(odd[0], odd[1]) < reach + _CHANCE * sigma:
+        return none
     for row in range(2):
         for column in range(2):
             covariance[row, column] = step[row, 1 + column] * noise
+    return odd[:2]
 
 
 @compiled
-def _first_shape(pixels: np.ndarray, white: float, centre: np.ndarray) -> np.ndarray:
+def _first_shape(pixels: np.ndarray, white: float) -> np.ndarray:
     """Height above the water, radius, blur, level of the water, and how much longer than wide along x and askew."""
     height = 0.0
     for x, y, level in pixels:
-        if abs(x - centre[0]) <= 1 and abs(y - centre[1]) <= 1:
+        if abs(x) <= 1 and abs(y) <= 1:
             height = max(height, level)
     total = 0.0
     for _, _, level in pixels:
@@ -169,6 +196,15 @@ def _dot(one: np.ndarray, other: np.ndarray) -> float:
     for pixel in range(len(one)):
         total += one[pixel] * other[pixel]
     return total
+
+
+@compiled
+def _rough(residuals: np.ndarray) -> float:
+    """Variance of the noise of neighbouring pixels (K,), which a wrong shape moves together."""
+    squares = 0.0
+    for pixel in range(1, len(residuals)):
+        squares += (residuals[pixel] - residuals[pixel - 1]) ** 2
+    return squares / (2 * (len(residuals) - 1))
 
 
 @compiled

@@ -19,6 +19,7 @@ CENTROIDS = ("grey", "binary")
 _LEAST_REACH_PX = 3  # around a group
 _MOST_REACH_PX = 40  # for time, which grows with its square
 _FOOT = 0.2  # of a light's height above the water, below which it does not weigh
+_ENOUGH_FITTED = 5  # lights or half of a ring's; others then say little
 _MOST_MARKERS = 400  # of more, the largest are taken
 # A group so many times as large as the middle one, and not tiny, may be two lights.
 _MERGED_AREA, _LEAST_MERGED_PX = 1.7, 8
@@ -189,7 +190,7 @@ def _flat_centres(
 
 def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray) -> np.ndarray:
     """Centres (N, 2) of lights in boxes (N, 4), by the grey values that stand out of the water around them."""
-    return weighted_centres(grey, points_px, _reach(boxes), _FOOT)
+    return weighted_centres(grey, points_px, np.minimum(_reach(boxes), _MOST_REACH_PX), _FOOT)
 
 
 @compiled
@@ -199,18 +200,23 @@ def _reach(boxes: np.ndarray) -> np.ndarray:
     for light in range(len(boxes)):
         left, top, right, bottom = boxes[light]
         half = (max(right - left, bottom - top) + 2) // 2
-        reach[light] = min(half + max(_LEAST_REACH_PX, half), _MOST_REACH_PX)
+        reach[light] = half + max(_LEAST_REACH_PX, half)
     return reach
 
 
 def with_fitted_centres(
     markers: Markers, chosen: np.ndarray, grey: np.ndarray, white: float, corner_px: tuple[int, int] = (0, 0)
 ) -> Markers:
-    """Fit the centres of those chosen by a flag (N,) in a part of the picture (H, W), saturated from ``white`` on."""
-    reach = _reach(markers.boxes_px)
-    reach[~chosen | (reach >= _MOST_REACH_PX)] = 0
+    """Fit the centres of those chosen by a flag (N,) in a part of the picture (H, W), saturated from ``white`` on.
+
+    Where enough are fitted, the centre of each other light is known only to be somewhere in its group, taken as a disc.
+    """
+    reach = np.where(chosen, _reach(markers.boxes_px), 0)
     found, covariances = fitted_centres(grey, markers.points_px - corner_px, reach, float(white))
-    if not np.isfinite(covariances[chosen]).all():  # one centroid among fitted centres could not be weighed
+    is_fitted = np.isfinite(covariances).all(axis=(1, 2))
+    if is_fitted.sum() <= min(_ENOUGH_FITTED, chosen.sum() / 2):
         return markers
+    odd = chosen & ~is_fitted
+    covariances[odd] = markers.areas_px[odd, None, None] / (4 * math.pi) * np.eye(2)
     points = np.where(chosen[:, None], found + corner_px, markers.points_px)
     return replace(markers, points_px=points, covariances_px2=covariances, centroids_px=markers.points_px)

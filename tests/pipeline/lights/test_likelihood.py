@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 from dockpose.lights.likelihood import fitted_centres
@@ -69,3 +71,59 @@ def test_only_chosen_lights_are_fitted_in_the_part_where_they_are():
     np.testing.assert_array_equal(moved.points_px[1], markers.points_px[1])
     part = with_fitted_centres(markers, np.array([True, False]), np.ascontiguousarray(grey[4:, 6:]), 250.0, (6, 4))
     np.testing.assert_allclose(part.points_px, moved.points_px, atol=1e-9)
+
+
+def test_a_faint_lamp_in_noise_is_fitted_as_well_as_noise_allows():
+    # Noise of an eighth of its height hides no shape; the variance is that of the Fisher information, as above.
+    rng, noise, height, off, told = np.random.default_rng(2), 4.0, 32.0, [], []
+    for _ in range(60):
+        centres, covariances = fitted(20 + spot(2.5, height) + rng.normal(0, noise, X.shape))
+        off.append(centres - TRUTH)
+        told.append(covariances[0])
+    assert np.isfinite(told).all(axis=(1, 2)).mean() > 0.9
+    bound = 2 * (noise**2 + 1 / 12) / (np.pi * height**2)
+    assert np.nanmean(told, axis=0) == pytest.approx(bound * np.eye(2), rel=0.4, abs=0.2 * bound)
+    assert np.mean(np.square(off)) < 1.6 * bound
+
+
+def test_what_is_no_disc_is_not_fitted_in_noise_either():
+    rng, halves = np.random.default_rng(3), spot(3.0, 80) + np.roll(spot(3.0, 80), 9, axis=1)
+    fits = [fitted(20 + halves + rng.normal(0, 4, X.shape), reach=15)[1] for _ in range(10)]
+    assert np.isnan(fits).all()
+
+
+@pytest.mark.parametrize("radius_px", [30, 60])
+def test_a_large_lamp_is_fitted_in_squares(radius_px):
+    rng, side = np.random.default_rng(4), 5 * radius_px
+    truth = np.array([2.5 * radius_px + 0.3, 2.5 * radius_px - 0.2])
+    y, x = np.mgrid[:side, :side].astype(float)
+    # The flank of a blur of one pixel is a disc's share of each pixel, but for 1e-3 of it at these radii.
+    off = radius_px - np.hypot(x - truth[0], y - truth[1])
+    share = np.vectorize(lambda step: 0.5 * (1 + math.erf(step / math.sqrt(2))))(off)
+    grey = np.clip(np.rint(20 + 160 * share + rng.normal(0, 2, x.shape)), 0, 255).astype(np.uint8)
+    centres, covariances = fitted_centres(grey, np.rint(truth)[None], np.array([2 * radius_px]), 250.0)
+    # Along an edge of slope 160 / sqrt(2 pi), in noise of 2 levels: s^2 / (integral of the squared slope along x), which
+    # is pi R h^2 / (2 sqrt(pi)); squares of three pixels lose less than half of it.
+    bound = 2.0**2 * 2 / (math.sqrt(math.pi) * radius_px * 160**2)
+    assert bound < covariances[0, 0, 0] < 2 * bound
+    np.testing.assert_allclose(centres[0], truth, atol=4 * math.sqrt(2 * bound))
+
+
+def test_a_light_of_no_shape_among_others_is_known_only_to_be_in_its_group():
+    y, x = np.mgrid[:60, :420].astype(float)
+    lamps = [(30.2 + 60 * k, 29.7) for k in range(7)]
+    grey = 20 + sum(160 * np.exp(-((x - u) ** 2 + (y - v) ** 2) / 12.5) for u, v in lamps)
+    grey[24:36, 204:236] = 190  # a bar that runs into the fourth
+    grey = np.rint(grey).clip(0, 255).astype(np.uint8)
+    histogram = histogram_of(grey)
+    markers = find_markers(grey, histogram, fixed(histogram, 100), 1)
+    moved = with_fitted_centres(markers, np.ones(7, dtype=bool), grey, 250.0)
+    bar = int(np.argmax(markers.areas_px))
+    others = np.delete(np.arange(7), bar)
+    assert moved.covariances_px2 is not None
+    np.testing.assert_allclose(np.sort(moved.points_px[others, 0]), [30.2, 90.2, 150.2, 270.2, 330.2, 390.2], atol=0.02)
+    # A disc's variance along an axis is a quarter of its squared radius.
+    assert moved.covariances_px2[bar] == pytest.approx(markers.areas_px[bar] / (4 * math.pi) * np.eye(2))
+    np.testing.assert_array_equal(moved.points_px[bar], markers.points_px[bar])
+    few = with_fitted_centres(markers.part(np.isin(np.arange(7), [bar, others[0]])), np.ones(2, bool), grey, 250.0)
+    assert few.covariances_px2 is None

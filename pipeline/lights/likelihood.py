@@ -26,6 +26,7 @@ _FOOT = 0.2  # of a light's height, from which on its area is counted
 # noise is what neighbours differ by, known to one over the root of their number (von Neumann 1941). So many standard
 # deviations are left to chance.
 _SHAPELESS, _CHANCE = 0.05, 3.0
+_ANYWHERE = 0.25  # variance along an axis of what may be anywhere in a disc, over the square of its radius
 _FARTHEST_PX, _FARTHEST = 0.5, 0.2  # from where it began, or a share of its radius: no light of this shape
 # The normal distribution and its density from -_FLAT to _FLAT, in steps so small that lines between them are 1e-5 off.
 _PER_BLUR = 64
@@ -38,7 +39,10 @@ _DENSITY = np.exp(-_STEPS * _STEPS / 2) / math.sqrt(2 * math.pi)
 def fitted_centres(
     grey: np.ndarray, points: np.ndarray, reach: np.ndarray, white: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return centres (N, 2) and covariances (N, 2, 2) of lights near points (N, 2), NaN where none is fitted."""
+    """Return centres (N, 2) and covariances (N, 2, 2) of lights near points (N, 2).
+
+    Where a light has no such shape the centre is the point and the covariance large, or NaN where nothing is known.
+    """
     centres, covariances = points.copy(), np.full((len(points), 2, 2), np.nan)
     for light in range(len(points)):
         if reach[light] == 0:
@@ -97,7 +101,8 @@ def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray) -> np.ndarray
     """Centre (2,) of a light of any height, radius, blur and axes by Gauss and Newton's method, 0 where there is none.
 
     Its centre and the water's slope are odd about the centre and all else is even, so that neither depends on the
-    other (Kay 1993, section 7.8). Pixels that are white, or that the light makes so, say nothing.
+    other (Kay 1993, section 7.8). Pixels that are white, or that the light makes so, say nothing. What is off the shape
+    by a share of its height, and longer than wide, may be off its place by such a share of its radius.
     """
     shape, odd, none = _first_shape(pixels, white), np.zeros(4), np.zeros(2)
     if shape[0] <= 0:
@@ -124,7 +129,11 @@ def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray) -> np.ndarray
             noise = (squares - fallen) / freedom
             break
     wrong = noise * (1 - _CHANCE / math.sqrt(used)) - _rough(odd_rows[6, :used])
-    if wrong > (_SHAPELESS * min(shape[0], white)) ** 2 or not math.hypot(odd[0], odd[1]) < reach + _CHANCE * sigma:
+    wrong /= min(shape[0], white) ** 2
+    if wrong > _SHAPELESS**2:
+        covariance[:] = min(wrong + shape[4] ** 2 + shape[5] ** 2, _ANYWHERE) * shape[1] ** 2 * np.eye(2)
+        return none
+    if not math.hypot(odd[0], odd[1]) < reach + _CHANCE * sigma:
         return none
     for row in range(2):
         for column in range(2):

@@ -19,7 +19,7 @@ CENTROIDS = ("grey", "binary")
 _LEAST_REACH_PX = 3  # around a group
 _MOST_REACH_PX = 40  # for time, which grows with its square
 _FOOT = 0.2  # of a light's height above the water, below which it does not weigh
-_ENOUGH_FITTED = 5  # lights or half of a ring's; others then say little
+_ENOUGH_FITTED = 5  # of a ring's lights, or half of them: others then weigh little
 _MOST_MARKERS = 400  # of more, the largest are taken
 # A group so many times as large as the middle one, and not tiny, may be two lights.
 _MERGED_AREA, _LEAST_MERGED_PX = 1.7, 8
@@ -209,14 +209,14 @@ def with_fitted_centres(
 ) -> Markers:
     """Fit the centres of those chosen by a flag (N,) in a part of the picture (H, W), saturated from ``white`` on.
 
-    Where enough are fitted, the centre of each other light is known only to be somewhere in its group, taken as a disc.
+    Unless enough are fitted, all keep their centroids.
     """
     reach = np.where(chosen, _reach(markers.boxes_px), 0)
     found, covariances = fitted_centres(grey, markers.points_px - corner_px, reach, float(white))
-    is_fitted = np.isfinite(covariances).all(axis=(1, 2))
+    is_fitted = (found != markers.points_px - corner_px).any(axis=1)
     if is_fitted.sum() <= min(_ENOUGH_FITTED, chosen.sum() / 2):
         return markers
-    odd = chosen & ~is_fitted
-    covariances[odd] = markers.areas_px[odd, None, None] / (4 * math.pi) * np.eye(2)
+    unknown = chosen & ~np.isfinite(covariances).all(axis=(1, 2))  # but for being in their groups, as if in discs
+    covariances[unknown] = markers.areas_px[unknown, None, None] / (4 * math.pi) * np.eye(2)
     points = np.where(chosen[:, None], found + corner_px, markers.points_px)
     return replace(markers, points_px=points, covariances_px2=covariances, centroids_px=markers.points_px)

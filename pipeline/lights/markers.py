@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 
-import cv2
 import numpy as np
 from dockpose.compiled import compiled
 from dockpose.lights.centroids import weighted_centres
+from dockpose.lights.ellipse import NoEllipseError, fit_ellipse
 from dockpose.lights.likelihood import fitted_centres
 from dockpose.pixels.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups, coarsen, squares_of
 from dockpose.pixels.flood import LEVELS, group_shapes, outline
@@ -42,6 +42,8 @@ class Markers:
     dropped: int = 0  # how many groups were smaller than the minimum area
     # (N, 4): left, top, right and bottom pixel of each
     boxes_px: np.ndarray = field(default_factory=lambda: np.empty((0, 4), dtype=int))
+    # (N,): which the picture's edge cuts so that the place of their centres is not known
+    cut: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=bool))
     left_out: int = 0  # how many groups of at least the minimum area are not among these, since there were too many
     # (N, 2, 2) of the centres that were fitted, NaN of others, and (N, 2) where all were before; None where none was
     covariances_px2: np.ndarray | None = None
@@ -64,7 +66,7 @@ class Markers:
 
     def part(self, chosen: np.ndarray) -> Markers:
         """Return the groups that are chosen by a flag (N,) for each."""
-        every = {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        every = {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray) and len(value)}
         return replace(self, **{name: value[chosen] for name, value in every.items()})
 
 
@@ -91,16 +93,19 @@ def find_markers(
         kept[order[_MOST_MARKERS:]] = False
     if not kept.any():
         return _no_markers(dropped)
+    height, width = histogram.levels.shape
+    cut = ((boxes[:, :2] <= 0) | (boxes[:, 2:] >= [width - 1, height - 1])).any(axis=1)
     if centroid == "grey":
         size = (boxes[:, 2:] - boxes[:, :2]).max(axis=1) + 1
         is_large = size > _MOST_REACH_PX
         is_flat = (areas >= _LEAST_FLAT_PX) & ((saturated >= _FLAT_SHARE * areas) | is_large)
-        flat = _flat_centres(groups, areas, is_flat, is_large, points, histogram.levels.shape[0])
+        flat, is_outlined = _flat_centres(groups, areas, is_flat, is_large, points, height)
+        cut &= ~is_outlined
         points = np.where(np.isnan(flat[kept]), grey_centres(grey, boxes[kept], points[kept]), flat[kept])
     else:
         points = points[kept]
-    boxes = boxes[kept]
-    return Markers(points, areas[kept], peaks[kept], dropped, boxes, max(0, count - dropped - _MOST_MARKERS))
+    more = max(0, count - dropped - _MOST_MARKERS)
+    return Markers(points, areas[kept], peaks[kept], dropped, boxes[kept], cut[kept], more)
 
 
 def _no_markers(dropped: int = 0) -> Markers:
@@ -162,11 +167,14 @@ def _flat_centres(
     is_large: np.ndarray,
     points_px: np.ndarray,
     height: int,
-) -> np.ndarray:
-    """Centres (N, 2) of flat groups that are too large for a window, or that others or an edge cut; nan for others."""
-    centres = np.full((len(areas), 2), np.nan)
+) -> tuple[np.ndarray, np.ndarray]:
+    """Centres (N, 2) of flat groups that are too large for a window, or that others or an edge cut; nan for others.
+
+    And which (N,) are known by their outlines, which follow an ellipse to a pixel.
+    """
+    centres, is_outlined = np.full((len(areas), 2), np.nan), np.zeros(len(areas), dtype=bool)
     if not is_flat.any():
-        return centres
+        return centres, is_outlined
     index, labels, width = groups.squares()
     side, more = groups.side, math.ceil(math.sqrt(len(index) / _MOST_OUTLINED))
     if more > 1:
@@ -179,13 +187,18 @@ def _flat_centres(
     y, x = np.divmod(index[on_outline], width)
     of = labels[on_outline]
     for group in np.flatnonzero(is_flat & cut):
-        points = np.column_stack([x[of == group], y[of == group]]).astype(np.float32)
+        points = np.column_stack([x[of == group], y[of == group]])
         if len(points) < _LEAST_OUTLINE_PX:
             continue
-        centre, axes, _ = cv2.fitEllipseDirect(points)
-        if min(axes) > 0.5 * max(axes) and side**2 * np.prod(axes) < 8 * areas[group]:
-            centres[group] = np.multiply(centre, side) + (side - 1) / 2
-    return centres
+        try:
+            ellipse = fit_ellipse(points)
+        except NoEllipseError:
+            continue
+        major, minor = ellipse.semi_axes_px
+        if minor > 0.5 * major and side**2 * 4 * major * minor < 8 * areas[group]:
+            centres[group] = np.multiply(ellipse.centre_px, side) + (side - 1) / 2
+            is_outlined[group] = ellipse.rms_px < 1
+    return centres, is_outlined
 
 
 def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray) -> np.ndarray:

@@ -77,13 +77,11 @@ def crop(image: Any, part: Part) -> np.ndarray:
 def ring_in(
     points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, part: Part, *, of_few: bool = True
 ) -> Ring:
-    """Find the markers that are the dock's lights, none of which the edge of the searched part cuts."""
+    """Find the markers that are the dock's lights; none counts whose centre the edge of the part leaves open."""
     left, top, right, bottom = part
     area_px2 = float((right - left) * (bottom - top))
-    boxes = markers.boxes_px
-    inside = np.hstack([boxes[:, :2] > [left, top], boxes[:, 2:] < [right - 1, bottom - 1]])
-    whole = np.all(inside, axis=1)
-    kept, cut = int(whole.sum()), int((~whole).sum())
+    whole = ~markers.cut
+    kept, cut = int(whole.sum()), int(markers.cut.sum())
     if cut == 0 or kept < MIN_POINTS:
         return find_ring(points_px, markers, camera, dock, area_px2, of_few=of_few)
     ring = find_ring(points_px[whole], markers.part(whole), camera, dock, area_px2, of_few=of_few)

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from dockpose import Camera, Dock, estimate
 from dockpose.lights.likelihood import fitted_centres
 from dockpose.lights.markers import find_markers, grey_centres
 from dockpose.thresholds import fixed, histogram_of
@@ -124,6 +125,26 @@ def test_a_saturated_light_that_the_edge_cuts_is_centred_by_what_is_left_of_its_
     centres = [(10.4, 70.3), (150.2, 80.6)]
     markers = markers_at(saturated_discs(centres, 20.0), 128)
     np.testing.assert_allclose(markers.points_px, centres, atol=0.3)
+    assert not markers.cut.any()
+
+
+def test_what_the_edge_cuts_is_known_only_by_an_outline():
+    image = saturated_discs([(150.2, 80.6)], 20.0)
+    image[60:100, :20] = 255  # a bar's outline is no ellipse's
+    image[2:6, 60:64] = image[:4, 120:124] = 200  # lamps of four pixels, of which one touches the edge
+    markers = markers_at(image, 128)
+    touches = (markers.boxes_px[:, :2] == 0).any(axis=1)
+    assert markers.cut.tolist() == touches.tolist()
+    assert touches.sum() == 2
+
+
+def test_large_lamps_that_the_edge_cuts_are_lights_of_a_ring():
+    camera, dock = Camera(800.0, 800.0, 119.5, 79.5, 240, 160), Dock(0.4, 8)
+    around = np.radians(3 + 45 * np.arange(8))
+    image = saturated_discs((np.column_stack([np.cos(around), np.sin(around)]) * 80 + [119.5, 79.5]).tolist(), 18.0)
+    found = estimate(image, camera, dock)
+    assert found.lights_on_ring == 8  # of which the edges cut two
+    assert found.selected.position_m[2] == pytest.approx(800 * 0.2 / 80, rel=0.01)
 
 
 def test_a_large_light_is_one():

@@ -236,7 +236,8 @@ def _find_lights(
     if not ring.found:
         return "not_a_ring", ring.reason, stages
     if settings.centroid == "grey" and is_new:
-        stages["markers"] = with_fitted_centres(markers, ring.on_ring, *picture.light, picture.part[:2])
+        middle_px = camera.cx, camera.cy
+        stages["markers"] = with_fitted_centres(markers, ring.on_ring, *picture.light, middle_px, picture.part[:2])
     return "ok", "", stages
 
 

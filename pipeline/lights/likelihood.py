@@ -19,8 +19,9 @@ _OVER_WHITE, _WIDER_BY_PX = 2.5, 0.7
 _FLAT = 4.0  # blurs beyond an edge, from which on a light is even to 3e-5 of its height
 _LONGEST = 0.3  # share of a light's height, radius, blur or axes in one round
 _DAMPED, _ROUND = 0.01, 0.05  # share of the diagonal; standard deviation that is expected of a light's two axes
-# Lamps so large have a slope of their own; it is told as far as it exceeds so many variances.
-_SLOPED_PX, _SURE = 5.0, 4.0
+# Standard deviation of the share of light that a lens keeps from the corners. So large a light has a slope of its own,
+# which is told as far as it exceeds so many variances.
+_VIGNETTING, _SLOPED_PX, _SURE = 0.3, 5.0, 4.0
 _FOOT = 0.2  # of a light's height, from which on its area is counted
 # Share of a light's height by which a pixel may be off beyond its noise, root mean square, or it is no such disc. The
 # noise is what neighbours differ by, known to one over the root of their number (von Neumann 1941). So many standard
@@ -37,22 +38,66 @@ _DENSITY = np.exp(-_STEPS * _STEPS / 2) / math.sqrt(2 * math.pi)
 
 @compiled
 def fitted_centres(
-    grey: np.ndarray, points: np.ndarray, reach: np.ndarray, white: float
+    grey: np.ndarray, points: np.ndarray, reach: np.ndarray, white: float, middle: np.ndarray, far_px: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return centres (N, 2) and covariances (N, 2, 2) of lights near points (N, 2).
 
     Where a light has no such shape the centre is the point and the covariance large, or NaN where nothing is known.
+    ``middle`` (2,) is the lens's, and ``far_px`` how far a corner of the whole picture is from it.
     """
     centres, covariances = points.copy(), np.full((len(points), 2, 2), np.nan)
+    slopes, radii = np.full((len(points), 2, 5), np.nan), np.zeros(len(points))
+    height, width = grey.shape
     for light in range(len(points)):
-        if reach[light] == 0:
+        if reach[light] == 0 or not (0 <= points[light, 0] < width and 0 <= points[light, 1] < height):
             continue
         side = 1 + 2 * ((reach[light] + _FINE_PX - 1) // (2 * _FINE_PX))
         pixels, water = _pixels(grey, points, light, reach[light], side)
         if len(pixels) >= _LEAST_PIXELS:
-            centres[light] += side * _fit(pixels, white - water, covariances[light])
-            covariances[light] *= side * side
+            x, y, radius = _fit(pixels, white - water, covariances[light], slopes[light])
+            centres[light, 0] += side * x
+            centres[light, 1] += side * y
+            radii[light] = side * radius
+            covariances[light] *= side**2
+            slopes[light, :, :1] /= side
+            slopes[light, :, 1:3] /= side**2
+            slopes[light, :, 3:] *= side**2
+    _undo_slopes(centres, covariances, slopes, radii, (points - middle) / far_px**2)
     return centres, covariances
+
+
+@compiled
+def _undo_slopes(
+    centres: np.ndarray, covariances: np.ndarray, slopes: np.ndarray, radii: np.ndarray, off: np.ndarray
+) -> None:
+    """Move centres by what darkens the picture from its middle on, as far as the slopes of all lights tell.
+
+    At a distance r from the middle the lens lets 1 - v r^2 of the light through, r = 1 in the corner. ``off`` (N, 2)
+    are the distances over the square of the corner's. What is not known of v is added to the covariances. Large lights
+    have slopes of their own as well. White ones, of a radius of 0, do not show theirs.
+    """
+    information, seen = 1 / _VIGNETTING**2, 0.0
+    for light in range(len(centres)):
+        if radii[light] > 0:
+            x, y = -2 * off[light]
+            a, b, c = slopes[light, 0, 1], slopes[light, 0, 2], slopes[light, 1, 2]
+            over = 1 / (a * c - b * b)
+            information += (x * x * c - 2 * x * y * b + y * y * a) * over
+            seen += ((x * c - y * b) * slopes[light, 0, 0] + (y * a - x * b) * slopes[light, 1, 0]) * over
+    vignetting = max(0.0, seen / information)
+    for light in range(len(centres)):
+        if np.isfinite(slopes[light, 0, 0]):
+            of_lens, by_lens = -2 * off[light], np.zeros(2)
+            for axis in range(2):
+                slope = vignetting * of_lens[axis]
+                if radii[light] > _SLOPED_PX:
+                    slope += beyond_noise(slopes[light, axis, 0] - slope, _SURE * slopes[light, axis, 1 + axis])
+                for row in range(2):
+                    by_lens[row] += slopes[light, row, 3 + axis] * of_lens[axis]
+                    centres[light, row] += slopes[light, row, 3 + axis] * slope
+            for row in range(2):
+                for column in range(2):
+                    covariances[light, row, column] += by_lens[row] * by_lens[column] / information
 
 
 @compiled
@@ -97,20 +142,20 @@ def _mean(grey: np.ndarray, x: int, y: int, half: int) -> float:
 
 
 @compiled
-def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray) -> np.ndarray:
-    """Centre (2,) of a light of any height, radius, blur and axes by Gauss and Newton's method, 0 where there is none.
+def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.ndarray) -> tuple[float, float, float]:
+    """Centre x, y of a light of any height, radius, blur and axes by Gauss and Newton's method, and its radius.
 
-    Its centre and the water's slope are odd about the centre and all else is even, so that neither depends on the
-    other (Kay 1993, section 7.8). Pixels that are white, or that the light makes so, say nothing. What is off the shape
-    by a share of its height, and longer than wide, may be off its place by such a share of its radius.
+    All are 0 where there is none, and the radius where the light is white. Its centre and the water's slope are odd
+    about the centre and all else is even, so that neither depends on the other (Kay 1993, section 7.8). Pixels that are
+    white, or that the light makes so, say nothing. What is off the shape by a share of its height, and longer than
+    wide, may be off its place by such a share of its radius.
     """
-    shape, odd, none = _first_shape(pixels, white), np.zeros(4), np.zeros(2)
+    shape, odd, none = _first_shape(pixels, white), np.zeros(4), (0.0, 0.0, 0.0)
     if shape[0] <= 0:
         return none
-    is_sloped = shape[1] > _SLOPED_PX and shape[0] < white
     reach = max(_FARTHEST_PX, _FARTHEST * shape[1])
     odd_rows, even_rows = np.empty((7, len(pixels))), np.empty((7, len(pixels)))
-    step, noise, sigma = np.zeros((4, 3)), 0.0, 0.0
+    A, step, noise, sigma = np.zeros((7, 7)), np.zeros((4, 3)), 0.0, 0.0
     for _ in range(_ROUNDS):
         used = _rows(pixels, white, shape, odd, odd_rows, even_rows)
         A, E = _products(odd_rows, used), _products(even_rows, used)
@@ -119,7 +164,7 @@ def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray) -> np.ndarray
         squares, freedom = A[6, 6], max(1, used - _NUMBERS)
         noise = squares / freedom
         fallen = _change_shape(shape, E, max(noise, 1e-3) / _ROUND**2)
-        step = _step(A, noise, is_sloped)
+        step = _step(A)
         shift = min(1.0, _FARTHEST_PX / max(1e-12, math.hypot(step[0, 0], step[1, 0])))
         for number in range(4):
             odd[number] += shift * step[number, 0]
@@ -138,7 +183,8 @@ def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray) -> np.ndarray
     for row in range(2):
         for column in range(2):
             covariance[row, column] = step[row, 1 + column] * noise
-    return odd[:2]
+    _find_slope(A, noise, slope)
+    return odd[0], odd[1], shape[1] if shape[0] < white else 0.0
 
 
 @compiled
@@ -252,21 +298,27 @@ def _change_shape(shape: np.ndarray, E: np.ndarray, stiffness: float) -> float:
 
 
 @compiled
-def _step(A: np.ndarray, noise: float, is_sloped: bool) -> np.ndarray:
+def _step(A: np.ndarray) -> np.ndarray:
     """Step (4, 3) of centre and slope of the water, and the inverse's first two columns."""
-    for number in range(6):
-        A[number, number] *= 1 + 1e-9
-    slope_x, slope_y = 0.0, 0.0
-    if is_sloped:
-        whole, found = A[:6, :6].copy(), np.zeros((6, 3))
-        found[:, 0] = A[:6, 6]
-        found[4, 1], found[5, 2] = 1.0, 1.0
-        solve(whole, found)
-        slope_x = beyond_noise(found[4, 0], _SURE * noise * found[4, 1])
-        slope_y = beyond_noise(found[5, 0], _SURE * noise * found[5, 2])
     four, step = A[:4, :4].copy(), np.zeros((4, 3))
     for number in range(4):
-        step[number, 0] = A[number, 6] - A[number, 4] * slope_x - A[number, 5] * slope_y
+        four[number, number] *= 1 + 1e-9
+    step[:, 0] = A[:4, 6]
     step[0, 1], step[1, 2] = 1.0, 1.0
     solve(four, step)
     return step
+
+
+@compiled
+def _find_slope(A: np.ndarray, noise: float, slope: np.ndarray) -> None:
+    """Fill in (2, 5) the slope of a light's own brightness, its covariance, and how the slope moves the centre."""
+    whole, found = A[:6, :6].copy(), np.zeros((6, 3))
+    found[:, 0] = A[:6, 6]
+    found[4, 1], found[5, 2] = 1.0, 1.0
+    moved = -A[:4, 4:6].copy()
+    four = A[:4, :4].copy()
+    for number in range(6):
+        whole[number, number] *= 1 + 1e-9
+    solve(whole, found)
+    solve(four, moved)
+    slope[:, 0], slope[:, 1:3], slope[:, 3:] = found[4:, 0], noise * found[4:, 1:], moved[:2]

@@ -197,7 +197,8 @@ def _flat_centres(
         major, minor = ellipse.semi_axes_px
         if minor > 0.5 * major and side**2 * 4 * major * minor < 8 * areas[group]:
             centres[group] = np.multiply(ellipse.centre_px, side) + (side - 1) / 2
-            is_outlined[group] = ellipse.rms_px < 1
+            is_inside = min(ellipse.centre_px) >= 0 and side * ellipse.centre_px[1] < height
+            is_outlined[group] = ellipse.rms_px < 1 and is_inside and ellipse.centre_px[0] < width
     return centres, is_outlined
 
 
@@ -218,15 +219,22 @@ def _reach(boxes: np.ndarray) -> np.ndarray:
 
 
 def with_fitted_centres(
-    markers: Markers, chosen: np.ndarray, grey: np.ndarray, white: float, corner_px: tuple[int, int] = (0, 0)
+    markers: Markers,
+    chosen: np.ndarray,
+    grey: np.ndarray,
+    white: float,
+    middle_px: tuple[float, float],
+    corner_px: tuple[int, int] = (0, 0),
 ) -> Markers:
     """Fit the centres of those chosen by a flag (N,) in a part of the picture (H, W), saturated from ``white`` on.
 
-    Unless enough are fitted, all keep their centroids.
+    ``middle_px`` is the lens's in the whole picture, and ``corner_px`` where the part begins. Unless enough are fitted,
+    all keep their centroids.
     """
-    reach = np.where(chosen, _reach(markers.boxes_px), 0)
-    found, covariances = fitted_centres(grey, markers.points_px - corner_px, reach, float(white))
-    is_fitted = (found != markers.points_px - corner_px).any(axis=1)
+    reach, start = np.where(chosen, _reach(markers.boxes_px), 0), markers.points_px - corner_px
+    middle, far_px = np.subtract(middle_px, corner_px), max(1.0, math.hypot(*middle_px))
+    found, covariances = fitted_centres(grey, start, reach, float(white), middle, far_px)
+    is_fitted = (found != start).any(axis=1)
     if is_fitted.sum() <= min(_ENOUGH_FITTED, chosen.sum() / 2):
         return markers
     unknown = chosen & ~np.isfinite(covariances).all(axis=(1, 2))  # but for being in their groups, as if in discs

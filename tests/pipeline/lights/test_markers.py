@@ -180,7 +180,9 @@ def test_a_lamp_that_is_brighter_on_one_side_is_centred_by_its_outline_at_every_
     y, x = np.mgrid[:81, :81].astype(float)
     lamp = 120 * (1 + 0.01 * (x - 40.3)) / (1 + np.exp(3 * (np.hypot(x - 40.3, y - 39.8) - 11.3)))
     grey = np.rint(step * (20 + lamp)).astype(depth)
-    found, _ = fitted_centres(grey, np.array([[40.0, 40.0]]), np.array([25]), 250.0 * step)
+    found, _ = fitted_centres(
+        grey, np.array([[40.0, 40.0]]), np.array([25]), 250.0 * step, np.array([40.0, 40.0]), 57.0
+    )
     np.testing.assert_allclose(found, [[40.3, 39.8]], atol=0.02)
 
 

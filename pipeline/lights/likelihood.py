@@ -155,7 +155,7 @@ def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.nda
         return none
     reach = max(_FARTHEST_PX, _FARTHEST * shape[1])
     odd_rows, even_rows = np.empty((7, len(pixels))), np.empty((7, len(pixels)))
-    A, step, noise, sigma = np.zeros((7, 7)), np.zeros((4, 3)), 0.0, 0.0
+    A, step, noise, sigma, used = np.zeros((7, 7)), np.zeros((4, 3)), 0.0, 0.0, 0
     for _ in range(_ROUNDS):
         used = _rows(pixels, white, shape, odd, odd_rows, even_rows)
         A, E = _products(odd_rows, used), _products(even_rows, used)

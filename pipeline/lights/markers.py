@@ -94,7 +94,7 @@ def find_markers(
     if not kept.any():
         return _no_markers(dropped)
     height, width = histogram.levels.shape
-    cut = ((boxes[:, :2] <= 0) | (boxes[:, 2:] >= [width - 1, height - 1])).any(axis=1)
+    cut = np.any(np.hstack([boxes[:, :2] <= 0, boxes[:, 2:] >= [width - 1, height - 1]]), axis=1)
     if centroid == "grey":
         size = (boxes[:, 2:] - boxes[:, :2]).max(axis=1) + 1
         is_large = size > _MOST_REACH_PX

@@ -95,9 +95,8 @@ def errors(name: str) -> tuple[float, float, float, int]:
         image = np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
         histogram = histogram_of(image)
         markers = find_markers(image, histogram, METHODS["hats"](histogram, 2, 0), 2)
-        found = with_fitted_centres(
-            markers, np.ones(len(markers), bool), image, SATURATED, ((SIDE_PX - 1) / 2,) * 2
-        ).points_px
+        middle_px = (SIDE_PX - 1) / 2, (SIDE_PX - 1) / 2
+        found = with_fitted_centres(markers, np.ones(len(markers), bool), image, SATURATED, middle_px).points_px
         bounds.append(bound_px(lamps, regime))
         for lamp in lamps:
             away = np.hypot(*(found - lamp).T)

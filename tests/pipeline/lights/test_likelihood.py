@@ -118,7 +118,7 @@ def test_a_large_lamp_is_fitted_in_squares(radius_px):
 def test_a_light_of_no_shape_weighs_little_among_others():
     y, x = np.mgrid[:60, :420].astype(float)
     lamps = [(30.2 + 60 * k, 29.7) for k in range(7)]
-    grey = 20 + sum(160 * np.exp(-((x - u) ** 2 + (y - v) ** 2) / 12.5) for u, v in lamps)
+    grey = 20 + np.sum([160 * np.exp(-((x - u) ** 2 + (y - v) ** 2) / 12.5) for u, v in lamps], axis=0)
     grey[24:36, 204:236] = 190  # a bar that runs into the fourth
     grey = np.rint(grey).clip(0, 255).astype(np.uint8)
     histogram = histogram_of(grey)
@@ -133,7 +133,7 @@ def test_a_light_of_no_shape_weighs_little_among_others():
     assert abs(markers.points_px[bar, 0] - 210.2) < 3 * sigmas_px[bar]
     np.testing.assert_array_equal(moved.points_px[bar], markers.points_px[bar])
     few = with_fitted_centres(
-        markers.part(np.isin(np.arange(7), [bar, others[0]])), np.ones(2, bool), grey, 250.0, *LENS
+        markers.part(np.isin(np.arange(7), [bar, others[0]])), np.ones(2, bool), grey, 250.0, (209.5, 29.5)
     )
     assert few.covariances_px2 is None
 

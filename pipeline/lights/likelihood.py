@@ -81,7 +81,7 @@ def _undo_slopes(
         if radii[light] > 0:
             x, y = -2 * off[light]
             a, b, c = slopes[light, 0, 1], slopes[light, 0, 2], slopes[light, 1, 2]
-            over = 1 / (a * c - b * b)
+            over = 1 / max(a * c - b * b, 1e-300)
             information += (x * x * c - 2 * x * y * b + y * y * a) * over
             seen += ((x * c - y * b) * slopes[light, 0, 0] + (y * a - x * b) * slopes[light, 1, 0]) * over
     vignetting = max(0.0, seen / information)

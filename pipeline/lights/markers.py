@@ -196,9 +196,9 @@ def _flat_centres(
             continue
         major, minor = ellipse.semi_axes_px
         if minor > 0.5 * major and side**2 * 4 * major * minor < 8 * areas[group]:
+            (across, down), is_exact = ellipse.centre_px, ellipse.rms_px < 1
             centres[group] = np.multiply(ellipse.centre_px, side) + (side - 1) / 2
-            is_inside = min(ellipse.centre_px) >= 0 and side * ellipse.centre_px[1] < height
-            is_outlined[group] = ellipse.rms_px < 1 and is_inside and ellipse.centre_px[0] < width
+            is_outlined[group] = is_exact and 0 <= across < width and 0 <= side * down < height
     return centres, is_outlined
 
 

@@ -17,13 +17,14 @@ from dockpose.dock import Dock
 from dockpose.estimate.result import Estimate
 from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, LEAST_PX
 from dockpose.lights.colours import tell_colours
-from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
+from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError
 from dockpose.lights.growing import distances
 from dockpose.lights.markers import Markers, find_markers, with_fitted_centres
 from dockpose.lights.region import markers_in_whole, ring_in, threshold_in_whole
 from dockpose.lights.ring import Ring
 from dockpose.pixels.bright import SATURATED
-from dockpose.pose.detection import detection_of, few_in_words, found_in_words, judged
+from dockpose.pose.choice import Choice
+from dockpose.pose.detection import detection_of, few_in_words, found_in_words, judged, spaced_alone
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, hats_local, histogram_of
 from dockpose.thresholds.scales import at_scales
@@ -175,9 +176,10 @@ def _search_with(
     elif dock.lights is None and ring.lights:
         dock = msgspec.structs.replace(dock, lights=ring.lights)
     try:
-        labels = _labels(picture, stages["markers"], ring, dock)
-        area_px2 = float(picture.grey.size)
-        ellipse, choice, log_chance, reason = judged(ring, stages["markers"], camera, dock, area_px2, labels)
+        ellipse, choice, log_chance, reason = _judged(ring, picture, stages["markers"], camera, dock)
+        if choice.lights is None and (alone := spaced_alone(ring, stages["markers"], choice, camera, dock)) is not None:
+            ring = stages["ring"] = alone
+            ellipse, choice, log_chance, reason = _judged(ring, picture, stages["markers"], camera, dock)
     except NoEllipseError as error:
         if (lights := int(ring.on_ring.sum())) < MIN_POINTS:
             kept = {name: stages[name] for name in ("threshold", "markers")}
@@ -246,9 +248,12 @@ def _ring_of(like: Estimate, camera: Camera, dock: Dock) -> Ring | None:
     return like.ring if like.camera == camera and _LIGHTS_OF(like.dock) == _LIGHTS_OF(dock) else None
 
 
-def _labels(picture: Picture, markers: Markers, ring: Ring, dock: Dock) -> list[str | None] | None:
-    """Colours of the lights on the ring, where the dock's have any."""
-    if not dock.colours:
-        return None
-    points_px = markers.points_px[ring.on_ring] - picture.part[:2]
-    return tell_colours(picture.image, points_px, markers.areas_px[ring.on_ring])
+def _judged(
+    ring: Ring, picture: Picture, markers: Markers, camera: Camera, dock: Dock
+) -> tuple[Ellipse, Choice, float, str | None]:
+    """Ellipse, poses, log of the chance and why a ring is no dock, by its lights' colours where the dock has any."""
+    labels: list[str | None] | None = None
+    if dock.colours:
+        points_px = markers.points_px[ring.on_ring] - picture.part[:2]
+        labels = tell_colours(picture.image, points_px, markers.areas_px[ring.on_ring])
+    return judged(ring, markers, camera, dock, float(picture.grey.size), labels)

@@ -159,7 +159,7 @@ def _spacings(
             flat = (rays * depth[:, None] - t) @ R[:, :2]
             angles = np.arctan2(flat[:, 1], flat[:, 0])
             for sides in numbers:
-                chance, corner_of = _log_chance_of_spacing(angles, sides, filled)
+                chance, corner_of, _ = log_chance_of_spacing(angles, sides, filled)
                 if chance < most:
                     roll_rad = _phase(angles, sides)
                     off = np.hypot(*(flat - regular(sides, roll_rad)[corner_of]).T)
@@ -202,17 +202,22 @@ def _phase(angles: np.ndarray, sides: int) -> float:
     return float(np.angle(np.exp(1j * sides * angles).sum())) / sides
 
 
-def _log_chance_of_spacing(angles: np.ndarray, sides: int, least_filled: float) -> tuple[float, np.ndarray]:
-    """Logarithm of how many numbers of lights chance would fit as well, and the corner (N,) of each point."""
+def log_chance_of_spacing(
+    angles: np.ndarray, sides: int, least_filled: float
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Logarithm of how many numbers of lights chance would fit as well, each point's corner (N,), and which fit so."""
     step = 2 * math.pi / sides
     slot = (angles - _phase(angles, sides)) / step
     corner_of = np.round(slot)
-    off = np.sort(np.abs(slot - corner_of))
+    order = np.argsort(np.abs(slot - corner_of), kind="stable")
+    off = np.abs(slot - corner_of)[order]
     # Some points on the ring may be no lights: of the most exact so many as are least likely by chance.
     count = len(off)
     ranks = np.arange(1, count + 1)
     logs = ranks * np.log(np.minimum(1.0, 2 * np.maximum(off, 1e-3)))
     few = np.array([math.lgamma(count + 1) - math.lgamma(k + 1) - math.lgamma(count - k + 1) for k in ranks])
     filled = len(np.unique(corner_of[:count].astype(int) % sides)) / sides
+    fit = np.zeros(count, dtype=bool)
+    fit[order[: 1 + np.argmin(logs + few)]] = True
     chance = float((logs + few).min()) + math.log(MOST_LIGHTS)
-    return (chance if filled > least_filled else math.inf), corner_of.astype(int) % sides
+    return (chance if filled > least_filled else math.inf), corner_of.astype(int) % sides, fit

@@ -77,12 +77,14 @@ def _meets(on_ring: np.ndarray, mapping: np.ndarray, others: np.ndarray, toleran
     return bool((bdtrc(met - 1.0, len(others), chance) < ACCEPTED_AMONG_OTHERS / 2).any())
 
 
-def strung(corners: np.ndarray, points_px: np.ndarray, area_px2: float) -> bool:
-    """Whether lamps (M, 2) go on beyond each end of a ring's open arcs, as on a cable, and strays hardly would."""
+def strung(corners: np.ndarray, points_px: np.ndarray, others: np.ndarray, area_px2: float) -> bool:
+    """Whether others (K, 2) go on beyond each end of a ring's open arcs, as lamps on a cable, and strays hardly would.
+
+    The corners are numbers of points (M, 2).
+    """
     sides, lit = len(corners), corners >= 0
     if lit.sum() >= CLOSED * sides:
         return False
-    others = np.delete(points_px, corners[lit], axis=0)
     chance, ends = 1.0, 0
     for corner in np.flatnonzero(lit):
         for way in (1, -1):

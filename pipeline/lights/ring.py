@@ -164,7 +164,7 @@ def _more_of_size(
         if not others:
             break
         used = used.union(*(one.members for one in others))
-        more += [one for one in others if not _others_on(one, one, scene, _within_px(one, tolerance))]
+        more += [one for one in others if not _others_on(one, one, scene, _within_px(one, tolerance))[1]]
     return more
 
 
@@ -255,11 +255,13 @@ def _trouble(
     within = _within_px(best, tolerance)
     if goes_on(best.polygon, unit, scene.points_px, within):
         return f"The groups repeat as in a lattice. {_SEVERAL}"
-    if _others_on(best, exact, scene, within):
+    others, are_more = _others_on(best, exact, scene, within)
+    if are_more:
         return f"More lights lie on one ring than a part of {best.sides}, so it is not the dock's."
     if _is_every_nth(best):
         return f"{len(best.members)} lights are evenly spaced, and the dock has {best.sides}: another ring."
-    if strung(best.polygon.corners, scene.points_px, scene.area_px2):
+    beyond = np.delete(scene.points_px, [*best.members, *others], axis=0)
+    if strung(best.polygon.corners, scene.points_px, beyond, scene.area_px2):
         return "The groups that come near a ring go on beyond it, as lamps on a cable do."
     for other in found:
         if other is best or other.log_chance > _AS_CONVINCING * best.log_chance:
@@ -278,33 +280,32 @@ def _within_px(one: Candidate, tolerance: float) -> float:
     return max(tolerance, TOLERANCE_OF_RADIUS * one.polygon.semi_axes_px[1])
 
 
-def _others_on(best: Candidate, exact: Candidate, scene: Scene, within_px: float) -> bool:
-    """Whether a ring's ellipse runs through more other lights than chance would put there, of which specks are none."""
-    members, polygon = exact.polygon.members, exact.polygon
+def _others_on(best: Candidate, exact: Candidate, scene: Scene, within_px: float) -> tuple[np.ndarray, bool]:
+    """Numbers of others on a ring's ellipse that may be its own lights, and whether there are more than chance would."""
+    members, points_px = exact.polygon.members, scene.points_px
+    # Specks are no lights, and what is near a light is a part of it.
     is_light = scene.brightness > _SPECK * np.median(scene.brightness[members])
-    points_px = scene.points_px
-    if len(members) < MIN_POINTS:
-        return False
+    is_light[best.polygon.members] = False
+    is_light &= distances(points_px, points_px[best.polygon.members]).min(axis=1) > 2 * within_px
+    is_light[np.setdiff1d(best.polygon.members, members)] = True
+    radius = exact.polygon.semi_axes_px[0]
+    others = np.flatnonzero(is_light & (np.hypot(*(points_px - exact.polygon.centre_px).T) < 2 * radius))
     try:
         ellipse = fit_ellipse(points_px[members])
     except NoEllipseError:
-        return False
-    # What is near a light is a part of it.
-    is_light[best.polygon.members] = False
-    others = points_px[is_light]
-    others = others[distances(others, points_px[best.polygon.members]).min(axis=1) > 2 * within_px]
-    others = np.vstack([others, points_px[np.setdiff1d(best.polygon.members, members)]])
-    off_px = ellipse.distances(others)
-    radius = polygon.semi_axes_px[0]
-    near = np.hypot(*(others - polygon.centre_px).T) < 2 * radius
-    on = int((near & (off_px < within_px)).sum())
-    # The band along the ellipse, of the disc in which the others are counted.
-    expected = float(near.sum() - on) * min(1.0, within_px / radius)
-    if on < max(_FEWEST_OTHERS, _UNEXPLAINED * len(members)):
-        return False
+        return others[:0], False
+    is_on = ellipse.distances(points_px[others]) < within_px
+    count, on = len(members), int(is_on.sum())
+    # No more than the dock has are its own: where some run together, groups stand between their places.
+    if count + on <= best.sides:
+        return others[is_on], False
+    if on < max(_FEWEST_OTHERS, _UNEXPLAINED * count):
+        return others[:0], False
     from scipy.special import pdtrc  # takes a third of a second to import, which few pictures need
 
-    return float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
+    # The band along the ellipse, of the disc in which the others are counted.
+    expected = float((~is_on).sum()) * min(1.0, within_px / radius)
+    return others[:0], float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
 
 
 def _is_same(one: Candidate, other: Candidate) -> bool:

@@ -2,16 +2,19 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.lights.chance import ACCEPTED, MOST_LIGHTS, cables_of, log_chance_rings, neighbours
+from dockpose.lights.chance import ACCEPTED, ACCEPTED_AMONG_OTHERS, MOST_LIGHTS, cables_of, log_chance_rings, neighbours
+from dockpose.lights.conics import log_chance_of_spacing
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
 from dockpose.lights.whole import log_chance_of_all
 from dockpose.pose.choice import Choice
+from dockpose.pose.circle import CirclePose
 from dockpose.pose.refine import angles_on_planes, light_rays
 from dockpose.pose.solve import find_poses
 
@@ -73,9 +76,7 @@ def why_no_dock(
     is_spaced = dock.lights is None or choice.selected_by != "none" or fits_anyway
     may_be_chance = log_chance > math.log(ACCEPTED)
     if not is_spaced or rms_px > most or (may_be_chance and count == dock.lights == len(markers)):
-        rays = light_rays(markers.points_px[ring.on_ring], camera, float(pose.position_m[2]))
-        ring_m = pose.position_m + dock.lamp_depth_m * pose.rotation[:, 2]
-        angles = np.degrees(angles_on_planes(rays, pose.rotation[None], ring_m[None])[0])
+        angles = np.degrees(_angles_rad(ring, markers, pose, camera, dock))
         where = f"{rms_px:.1f} px off the dock's" if is_spaced else "not spaced as the dock's lights are"
         return _off_in_words(np.sort(angles), dock, where)
     if may_be_chance:
@@ -83,6 +84,36 @@ def why_no_dock(
         among = f"among {others} other{'' if others == 1 else 's'} " if others else ""
         return f"{count} groups {among}lie on a ring, but so inexactly, {rms_px:.1f} px, that it may be chance."
     return None
+
+
+def spaced_alone(ring: Ring, markers: Markers, choice: Choice, camera: Camera, dock: Dock) -> Ring | None:
+    """Return a ring without groups between its lights' places, as some that run together are; None if it is none.
+
+    The others must be spaced as chance hardly would, by one of the poses, which nothing told apart.
+    """
+    members = np.flatnonzero(ring.on_ring)
+    if dock.lights is None or dock.angles_deg or dock.offsets_m or len(members) > dock.lights:
+        return None
+    found = []
+    for pose in choice.candidates:
+        angles = _angles_rad(ring, markers, pose, camera, dock)
+        chance, corner_of, fit = log_chance_of_spacing(angles, dock.lights, 0.0)
+        if len(np.unique(corner_of[fit])) == fit.sum() >= MIN_POINTS:
+            found.append((chance, fit))
+    chance, fit = min(found, key=lambda each: each[0], default=(math.inf, np.ones(len(members), dtype=bool)))
+    if chance > math.log(ACCEPTED_AMONG_OTHERS) or fit.all():
+        return None
+    on_ring = np.zeros(len(markers), dtype=bool)
+    on_ring[members[fit]] = True
+    others = len(members) - int(fit.sum())
+    return replace(ring, on_ring=on_ring, ellipse=None, reason=f"{ring.reason} {others} of them lie between places.")
+
+
+def _angles_rad(ring: Ring, markers: Markers, pose: CirclePose, camera: Camera, dock: Dock) -> np.ndarray:
+    """Angles (N,) around the dock at which a ring's lights lie by a pose."""
+    rays = light_rays(markers.points_px[ring.on_ring], camera, float(pose.position_m[2]))
+    ring_m = pose.position_m + dock.lamp_depth_m * pose.rotation[:, 2]
+    return angles_on_planes(rays, pose.rotation[None], ring_m[None])[0]
 
 
 def _off_in_words(angles_deg: np.ndarray, dock: Dock, where: str) -> str:

@@ -129,3 +129,20 @@ def test_the_same_lamps_are_searched_for_a_ring_once(monkeypatch):
     for one, other in itertools.combinations(searched, 2):
         apart_px = np.linalg.norm(one[:, None] - other, axis=2)
         assert len(one) != len(other) or apart_px.min(axis=1).max() >= LEAST_PX
+
+
+@pytest.mark.parametrize(("count", "joined", "is_found"), [(12, 1, True), (12, 2, True), (11, 0, False), (10, 1, False)])
+def test_two_lights_that_run_together_do_not_hide_a_ring_and_another_number_does(count, joined, is_found):
+    turn = 2 * np.pi * np.arange(count) / count + 0.1
+    ring = 0.15 * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn]) @ rotation_from_angles(0.4, -0.5).T
+    points = CAMERA.project(ring + [0.05, 0.02, 1.5])
+    pairs = 2 + 3 * np.arange(joined)
+    middles = (points[pairs] + points[pairs + 1]) / 2
+    image = np.full((480, 640), 20, np.uint8)
+    for point in [*np.delete(points, [*pairs, *(pairs + 1)], axis=0), *middles]:
+        cv2.circle(image, np.round(point).astype(int).tolist(), 4, 220, -1)
+    found = estimate(cv2.GaussianBlur(image, (0, 0), 0.7), CAMERA, Dock(0.30, 12))
+    assert (found.status == "ok") == is_found
+    if is_found:
+        assert found.lights_on_ring == 12 - 2 * joined
+        assert np.linalg.norm(found.selected.position_m) == pytest.approx(math.hypot(0.05, 0.02, 1.5), rel=0.01)

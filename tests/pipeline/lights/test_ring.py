@@ -327,3 +327,24 @@ def test_points_in_a_line_are_no_ring(count):
         area_px2=6912.0,
     )
     assert chance == math.inf
+
+
+def run_together(points, pairs):
+    """Points of which some neighbours, the first of each pair, are one group between them."""
+    pairs = np.array(pairs)
+    middles = (points[pairs] + points[(pairs + 1) % len(points)]) / 2
+    return np.vstack([np.delete(points, [*pairs, *(pairs + 1) % len(points)], axis=0), middles])
+
+
+def test_lights_that_run_together_do_not_hide_the_others():
+    # 8 of 20 lights by themselves, the others as six groups, and three lamps elsewhere.
+    pairs = [1, 4, 7, 10, 13, 16]
+    points = np.vstack([run_together(lights(20), pairs), [[100.0, 400.0], [500.0, 60.0], [560.0, 300.0]]])
+    ring = ring_of(points, 20)
+    assert np.flatnonzero(ring.on_ring).tolist() == list(range(8))
+
+
+def test_a_ring_of_another_number_of_lights_is_not_one_whose_lights_run_together():
+    for count in (13, 15, 17, 19):
+        points = np.vstack([lights(count), [[100.0, 400.0], [500.0, 60.0], [560.0, 300.0]]])
+        assert not ring_of(points, 20).found, count

@@ -1,8 +1,7 @@
 """The search for a dock in the pixels of one picture: by one level, by each light's own, by size, and in white."""
 
-import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
@@ -27,6 +26,7 @@ from dockpose.pose.choice import Choice
 from dockpose.pose.detection import detection_of, few_in_words, found_in_words, judged, spaced_alone
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, hats_local, histogram_of
+from dockpose.thresholds.outlines import by_outlines
 from dockpose.thresholds.scales import at_scales
 
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
@@ -94,6 +94,11 @@ class _Found:
     stages: dict[str, Any]
     log_chance: float = math.inf  # of the ring, if there is one
 
+    @property
+    def is_sure(self) -> bool:
+        """Whether there is a ring that chance does not make."""
+        return self.status == "ok" and self.log_chance < _NO_CHANCE
+
     def is_exact(self, of_axis: float = 0.0) -> bool:
         """Whether nearly all lights are there, where they should be, within a share of the major semi-axis."""
         if self.status != "ok":
@@ -141,19 +146,30 @@ def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Set
 
 
 def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> _Found:
-    """The best of what one level shows, and of what each light's own level and each scale do."""
+    """The best of what one level shows, and of what each light's own level, each scale and each outline do."""
     best, looks = first, [first]
-    local = hats_local(picture.histogram, settings.min_area_px)
-    for other in itertools.chain([local], at_scales(picture.histogram, settings.min_area_px)):
+    for other in _other_looks(picture.histogram, settings, lambda: best.is_sure):
         # Of an unknown number, any few points of some scale make some ring.
-        of_few = dock.lights is not None or other is local
+        is_local = looks == [first]
+        of_few = dock.lights is not None or is_local
         found = _search_with(other, picture, camera, dock, settings, of_few=of_few, looks=looks)
         looks.append(found)
-        if other is local or found.status != "ok" or found.log_chance < _LITTLE_CHANCE:
+        if is_local or found.status != "ok" or found.log_chance < _LITTLE_CHANCE:
             best = max(best, found, key=_Found.rank)
         if best.is_exact(_EXACT_OF_AXIS):
             break
     return best
+
+
+def _other_looks(histogram: Histogram, settings: Settings, is_sure: Callable[[], bool]) -> Iterator[Threshold]:
+    """Thresholds but that of one level; outlines, which show lights that run together, where no ring is sure by then.
+
+    A centroid is better known than the middle of an outline.
+    """
+    yield hats_local(histogram, settings.min_area_px)
+    yield from at_scales(histogram, settings.min_area_px)
+    if not is_sure():
+        yield from by_outlines(histogram, settings.min_area_px)
 
 
 def _search_with(

@@ -134,24 +134,31 @@ def _spaced(
 ) -> Polygon | None:
     """The polygon of the number of lights that points on an ellipse are spaced by; None where they are not."""
     best: Polygon | None = None
-    # Where most lights are uneven it may be another camera's picture.
-    for focals_px, filled in (([focal_px], _FILLED), ([focal_px * times for times in _TIMES_FOCAL], _CLOSED)):
+    # Where most lights are uneven it may be another camera's picture; by some focal length other numbers fit as well.
+    others_px = [focal_px * times for times in _TIMES_FOCAL]
+    for focals_px, filled, tried in (([focal_px], _FILLED, len(numbers)), (others_px, _CLOSED, MOST_LIGHTS)):
         if best is not None and len(best.members) >= _MOST * len(on):
             break
-        numbers = [sides for sides in numbers if len(on) >= filled * sides]
-        spacings = sorted(_spacings(points_px[on], ellipse, numbers, focals_px, filled), key=attrgetter("log_chance"))
+        numbers, most = [sides for sides in numbers if len(on) >= filled * sides], math.log(ACCEPTED_AMONG_OTHERS / 2 / tried / len(focals_px))
+        spacings = sorted(_spacings(points_px[on], ellipse, numbers, focals_px, filled, most), key=attrgetter("log_chance"))
         likely = [one for one in spacings[:_MOST_SPACINGS] if one.sides == spacings[0].sides]
+        least = 0.0 if filled == _FILLED else _MOST * len(on)
         polygons = [] if best is None else [best]
-        polygons += [_whole(one, points_px, on, tolerance_px) for one in likely]
+        polygons += [one for one in (_whole(each, points_px, on, tolerance_px) for each in likely) if len(one.members) >= least]
         best = max(polygons, key=lambda polygon: (len(polygon.members), -polygon.squares_px2), default=None)
     return best
 
 
 def _spacings(
-    points_px: np.ndarray, ellipse: Ellipse, numbers: Sequence[int], focals_px: list[float], filled: float
+    points_px: np.ndarray,
+    ellipse: Ellipse,
+    numbers: Sequence[int],
+    focals_px: list[float],
+    filled: float,
+    most: float,
 ) -> list[_Spacing]:
-    """Numbers of lights, focal lengths and poses with which points (N, 2) are spaced as chance would hardly do."""
-    found, most = [], math.log(ACCEPTED_AMONG_OTHERS / 2 / len(focals_px))
+    """Numbers of lights, focals and poses with which points (N, 2) are spaced as chance would less often than most."""
+    found = []
     for focal_px in focals_px:
         for R, t in _planes(ellipse, focal_px):
             rays = np.column_stack([points_px / focal_px, np.ones(len(points_px))])
@@ -205,7 +212,7 @@ def _phase(angles: np.ndarray, sides: int) -> float:
 def log_chance_of_spacing(
     angles: np.ndarray, sides: int, least_filled: float
 ) -> tuple[float, np.ndarray, np.ndarray]:
-    """Logarithm of how many numbers of lights chance would fit as well, each point's corner (N,), and which fit so."""
+    """Logarithm of how often chance would fit a number of lights as well, each point's corner (N,), and which fit so."""
     step = 2 * math.pi / sides
     slot = (angles - _phase(angles, sides)) / step
     corner_of = np.round(slot)
@@ -219,5 +226,5 @@ def log_chance_of_spacing(
     filled = len(np.unique(corner_of[:count].astype(int) % sides)) / sides
     fit = np.zeros(count, dtype=bool)
     fit[order[: 1 + np.argmin(logs + few)]] = True
-    chance = float((logs + few).min()) + math.log(MOST_LIGHTS)
+    chance = float((logs + few).min())
     return (chance if filled > least_filled else math.inf), corner_of.astype(int) % sides, fit

@@ -7,7 +7,15 @@ from dataclasses import replace
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.lights.chance import ACCEPTED, ACCEPTED_AMONG_OTHERS, MOST_LIGHTS, cables_of, log_chance_rings, neighbours
+from dockpose.lights.chance import (
+    ACCEPTED,
+    ACCEPTED_AMONG_OTHERS,
+    MOST_LIGHTS,
+    cables_of,
+    lit_corners,
+    log_chance_rings,
+    neighbours,
+)
 from dockpose.lights.conics import log_chance_of_spacing
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse
 from dockpose.lights.markers import Markers
@@ -15,7 +23,7 @@ from dockpose.lights.ring import Ring
 from dockpose.lights.whole import log_chance_of_all
 from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.refine import angles_on_planes, light_rays
+from dockpose.pose.refine import light_rays, on_planes
 from dockpose.pose.solve import find_poses
 
 # Lights that a hand has put on a rim are off their places by 2 % of the radius along each axis; half as much again is
@@ -34,12 +42,12 @@ def judged(
     """Return a ring's ellipse, poses, log of its chance, and why it is no dock; NoEllipseError where it has no pose."""
     lights = markers.part(ring.on_ring)
     ellipse, choice = find_poses(lights.points_px, camera, dock, labels, ring.ellipse, lights.covariances_px2)
-    log_chance = log_chance_of_ring(ring, markers, ellipse, choice, dock, area_px2)
+    log_chance = log_chance_of_ring(ring, markers, ellipse, choice, camera, dock, area_px2)
     return ellipse, choice, log_chance, why_no_dock(ring, markers, ellipse, choice, camera, dock, log_chance)
 
 
 def log_chance_of_ring(
-    ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, dock: Dock, area_px2: float
+    ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, camera: Camera, dock: Dock, area_px2: float
 ) -> float:
     """Return the logarithm of the expected number of chance rings in the picture as good as a pose's."""
     count = int(ring.on_ring.sum())
@@ -51,16 +59,23 @@ def log_chance_of_ring(
     tests = math.log(MOST_LIGHTS) if dock.lights is None else 0.0
     members, brightness = np.flatnonzero(ring.on_ring), markers.areas_px * markers.peaks.astype(float)
     near = neighbours(markers.points_px, brightness, members, ellipse.centre_px, ellipse.semi_axes_px[0])
-    rms_px = choice.candidates[0].rms_px or 0.0
+    rms_px, is_even = choice.candidates[0].rms_px or 0.0, not (dock.angles_deg or dock.offsets_m)
+    cables: list[list[int]] = []
+    if choice.lights is not None:
+        lit = np.bincount(choice.lights, minlength=sides) > 0
+        if is_even:
+            flat = _on_plane(markers, choice.candidates[0], camera, dock) / dock.radius
+            lit = lit_corners(flat, brightness, members, sides, ellipse.semi_axes_px[1])
+        cables = cables_of(lit)
     return tests + log_chance_rings(
         count,
         sides,
-        even=not (dock.angles_deg or dock.offsets_m),
+        even=is_even,
         squares_px2=count * rms_px**2,
         semi_axes_px=ellipse.semi_axes_px,
         near=near,
         area_px2=area_px2,
-        cables=() if choice.lights is None else cables_of(np.bincount(choice.lights, minlength=sides) > 0),
+        cables=cables,
     )
 
 
@@ -76,7 +91,8 @@ def why_no_dock(
     is_spaced = dock.lights is None or choice.selected_by != "none" or fits_anyway
     may_be_chance = log_chance > math.log(ACCEPTED)
     if not is_spaced or rms_px > most or (may_be_chance and count == dock.lights == len(markers)):
-        angles = np.degrees(_angles_rad(ring, markers, pose, camera, dock))
+        x_m, y_m = _on_plane(markers, pose, camera, dock)[ring.on_ring].T
+        angles = np.degrees(np.arctan2(y_m, x_m))
         where = f"{rms_px:.1f} px off the dock's" if is_spaced else "not spaced as the dock's lights are"
         return _off_in_words(np.sort(angles), dock, where)
     if may_be_chance:
@@ -96,12 +112,14 @@ def spaced_alone(ring: Ring, markers: Markers, choice: Choice, camera: Camera, d
         return None
     found = []
     for pose in choice.candidates:
-        angles = _angles_rad(ring, markers, pose, camera, dock)
+        x_m, y_m = _on_plane(markers, pose, camera, dock)[ring.on_ring].T
+        angles = np.arctan2(y_m, x_m)
         chance, corner_of, fit = log_chance_of_spacing(angles, dock.lights, 0.0)
         if len(np.unique(corner_of[fit])) == fit.sum() >= MIN_POINTS:
             found.append((chance, fit))
     chance, fit = min(found, key=lambda each: each[0], default=(math.inf, np.ones(len(members), dtype=bool)))
-    if chance > math.log(ACCEPTED_AMONG_OTHERS) or fit.all():
+    # Lights of another number are even too, and some of them always near these places.
+    if chance > math.log(ACCEPTED_AMONG_OTHERS / MOST_LIGHTS) or fit.all():
         return None
     on_ring = np.zeros(len(markers), dtype=bool)
     on_ring[members[fit]] = True
@@ -109,11 +127,11 @@ def spaced_alone(ring: Ring, markers: Markers, choice: Choice, camera: Camera, d
     return replace(ring, on_ring=on_ring, ellipse=None, reason=f"{ring.reason} {others} of them lie between places.")
 
 
-def _angles_rad(ring: Ring, markers: Markers, pose: CirclePose, camera: Camera, dock: Dock) -> np.ndarray:
-    """Angles (N,) around the dock at which a ring's lights lie by a pose."""
-    rays = light_rays(markers.points_px[ring.on_ring], camera, float(pose.position_m[2]))
+def _on_plane(markers: Markers, pose: CirclePose, camera: Camera, dock: Dock) -> np.ndarray:
+    """Where (N, 2) in metres all groups lie on the plane of a dock's lights by a pose."""
+    rays = light_rays(markers.points_px, camera, float(pose.position_m[2]))
     ring_m = pose.position_m + dock.lamp_depth_m * pose.rotation[:, 2]
-    return angles_on_planes(rays, pose.rotation[None], ring_m[None])[0]
+    return on_planes(rays, pose.rotation[None], ring_m[None])[0]
 
 
 def _off_in_words(angles_deg: np.ndarray, dock: Dock, where: str) -> str:

@@ -10,7 +10,7 @@ from dockpose.compiled import compiled
 from dockpose.pixels.bright import PixelGroups, pixels_at
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
-_MOST_PX = 2_100_000  # of the picture, for time: of a larger one the finest scales are left out
+MOST_PX = 2_100_000  # of the picture, for time: of a larger one the finest scales are left out
 # Standard deviations of the blur, each twice the one before, so that a lamp is within half a step of one. From scale to
 # scale the picture is halved; from the third on its pixels stay finer than for the first two, which take the most time.
 FINEST_PX, _FINE_PX, _FINER_FROM = 0.8, 1.6, 2
@@ -30,12 +30,9 @@ def at_scales(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
     """Find the lights of each size, from small to large; scales without any are passed over."""
     if np.count_nonzero(histogram.counts) < 2:  # one level, as behind a lens cap
         return
-    grey, shrink = histogram.levels, 1
-    if histogram.counted is not None:
-        counted = histogram.counted > 0
-        grey = np.where(counted, grey, np.uint8(np.median(grey[counted])))
-    while grey.size > _MOST_PX:
-        grey, shrink = _halved(grey), 2 * shrink
+    grey, shrink = grey_of(histogram), 1
+    while grey.size > MOST_PX:
+        grey, shrink = halved(grey), 2 * shrink
     steps, widest_px = grey.astype(np.int16) * _STEPS, _WIDEST_SHARE * min(histogram.levels.shape)
     for number in itertools.count():
         sigma_px = FINEST_PX if number < _FINER_FROM else _FINE_PX
@@ -43,7 +40,7 @@ def at_scales(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
         shrink *= 2 if is_halved else 1
         if number > 0 and sigma_px * shrink > widest_px:
             return
-        steps = _halved(steps) if is_halved else steps
+        steps = halved(steps) if is_halved else steps
         blurred = cv2.GaussianBlur(steps, (0, 0), sigma_px)
         response = blurred - cv2.GaussianBlur(steps, (0, 0), _SURROUND * sigma_px)
         places = _peaks(blurred, response, sigma_px, shrink)
@@ -52,7 +49,15 @@ def at_scales(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
             yield found
 
 
-def _halved(levels: np.ndarray) -> np.ndarray:
+def grey_of(histogram: Histogram) -> np.ndarray:
+    """The picture (H, W), and its median level where it is masked."""
+    if histogram.counted is None:
+        return histogram.levels
+    counted = histogram.counted > 0
+    return np.where(counted, histogram.levels, np.uint8(np.median(histogram.levels[counted])))
+
+
+def halved(levels: np.ndarray) -> np.ndarray:
     """A picture of half as many columns and rows, each pixel the mean of four."""
     height, width = levels.shape
     return cv2.resize(levels[: height // 2 * 2, : width // 2 * 2], None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)

@@ -98,7 +98,7 @@ def _grow(
     sought: Sought, order: np.ndarray, across: np.ndarray, start: np.ndarray, guess: np.ndarray
 ) -> tuple[np.ndarray, float, np.ndarray]:
     """Grow a polygon from three corners and a guess at the perspective, from near corners to far ones."""
-    points, unit, sides = sought.points, sought.unit, len(sought.unit)
+    points, sides = sought.points, len(sought.unit)
     corners = start.copy()
     places, off, nearest, spacing = np.empty((sides, 2)), np.empty(sides), np.empty(sides, np.int64), np.empty(sides)
     strict, is_new = 0, True

@@ -133,15 +133,15 @@ def _mask(count: int, candidate: Candidate) -> np.ndarray:
 def _candidates(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
     """Polygons of the dock's lights that chance would hardly make, begun from the chosen points; the surest first."""
     found = []
-    for sides in NUMBERS if dock.lights is None else (dock.lights,):
-        unit = _places(sides, dock)
-        for polygon in find_polygons(scene.points_px, unit, scene.even, scene.focal_px, tolerance, chosen):
-            candidate = accepted(polygon, sides, scene)
-            if candidate is None and len(polygon.members) > LEAST_CROWD:
-                # One of its points may be no light of it.
-                candidate = accepted(without_worst(polygon, scene.points_px, unit), sides, scene)
-            if candidate is not None:
-                found.append(candidate)
+    units = [_places(sides, dock) for sides in (NUMBERS if dock.lights is None else (dock.lights,))]
+    for polygon in find_polygons(scene.points_px, units, scene.even, scene.focal_px, tolerance, chosen):
+        sides = len(polygon.corners)
+        candidate = accepted(polygon, sides, scene)
+        if candidate is None and len(polygon.members) > LEAST_CROWD:
+            # One of its points may be no light of it.
+            candidate = accepted(without_worst(polygon, scene.points_px, _places(sides, dock)), sides, scene)
+        if candidate is not None:
+            found.append(candidate)
     return sorted(found, key=lambda candidate: candidate.log_chance)
 
 

@@ -17,6 +17,8 @@ FIRST_POINTS, MAX_POINTS = 40, 150
 _NEIGHBOURS_OF_FEW, _NEIGHBOURS, _NEIGHBOURS_OF_MANY = 12, 8, 6
 _MOST_BEYOND = 4  # corners by which a triple is judged: two on each side, but all of few points
 _TRIALS = 80  # triples that are grown, the most promising
+# Of the few brightest points any three of a ring are such a triple, ten by five lights alone: a few of the best do.
+_FEWER_OF_BRIGHTEST = 4
 # Corners between the first and the second, and the second and the third point of a triple: neighbours; every second
 # corner; one missing between them.
 _STEPS = np.array([(1, 1), (2, 2), (1, 2), (2, 1)])
@@ -85,6 +87,8 @@ def _of_alike(soughts: list[Sought], first: np.ndarray, near: np.ndarray, even: 
     found: list[Polygon] = []
     trials = _TRIALS if even else 2 * _TRIALS
     is_few = len(first) <= FEW_POINTS
+    if is_few and len(soughts[0].points) > FEW_POINTS:
+        trials //= _FEWER_OF_BRIGHTEST
     for is_first in (True, False):
         best, kept = np.full(trials, -1.0), np.full((trials, 7), -1)
         whole = {len(one.corners) for one in found if len(one.members) >= 0.8 * len(one.corners)}
@@ -185,14 +189,14 @@ def _promising(
     worst = np.argmin(best)
     least = best[worst]
     for step in range(len(steps)):
-        one, two = steps[step, 0], steps[step, 1]
+        one, two, further = steps[step, 0], steps[step, 1], beyond[step]
         for first in range(1 if even else sides):
             middle, last = (first + one) % sides, (first + one + two) % sides
             inverse = inverses[step, first]
             for row in range(len(middles)):
-                m = middles[row]
-                for i in near[row]:
-                    for j in near[row]:
+                m, beside = middles[row], near[row]
+                for i in beside:
+                    for j in beside:
                         if i == j or (even and one == two and j < i):
                             continue
                         ax, ay = points[m, 0] - points[i, 0], points[m, 1] - points[i, 1]
@@ -203,9 +207,8 @@ def _promising(
                         a, b = np.sqrt(ax * ax + ay * ay) / one, np.sqrt(bx * bx + by * by) / two
                         if (even and (a > 4 * b or b > 4 * a)) or abs(cross) < 0.04 * a * b * one * two:
                             continue
-                        corners, triple = (first, middle, last), (i, m, j)
-                        predicted = _Predicted(corners, triple, inverse, min(a, b), beyond[step])
-                        score = _score(sought, near[row], predicted, least)
+                        predicted = _Predicted((first, middle, last), (i, m, j), inverse, min(a, b), further)
+                        score = _score(sought, beside, predicted, least)
                         if score > least:
                             best[worst] = score
                             kept[worst] = np.array([i, m, j, first, middle, last, sides])
@@ -218,25 +221,22 @@ def _score(sought: Sought, candidates: np.ndarray, predicted: _Predicted, least:
     """How many of the next corners have a point, and how near; -1 for no image of a dock, or if less than the least."""
     points, unit = sought.points, sought.unit
     corners, triple, inverse, spacing, beyond = predicted
-    p = np.empty((2, 3))
+    xx, xy, xt, yx, yy, yt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(3):
-        p[0, k], p[1, k] = points[triple[k], 0], points[triple[k], 1]
-    xx = p[0, 0] * inverse[0, 0] + p[0, 1] * inverse[1, 0] + p[0, 2] * inverse[2, 0]
-    xy = p[0, 0] * inverse[0, 1] + p[0, 1] * inverse[1, 1] + p[0, 2] * inverse[2, 1]
-    xt = p[0, 0] * inverse[0, 2] + p[0, 1] * inverse[1, 2] + p[0, 2] * inverse[2, 2]
-    yx = p[1, 0] * inverse[0, 0] + p[1, 1] * inverse[1, 0] + p[1, 2] * inverse[2, 0]
-    yy = p[1, 0] * inverse[0, 1] + p[1, 1] * inverse[1, 1] + p[1, 2] * inverse[2, 1]
-    yt = p[1, 0] * inverse[0, 2] + p[1, 1] * inverse[1, 2] + p[1, 2] * inverse[2, 2]
+        x, y = points[triple[k], 0], points[triple[k], 1]
+        xx, xy, xt = xx + x * inverse[k, 0], xy + x * inverse[k, 1], xt + x * inverse[k, 2]
+        yx, yy, yt = yx + y * inverse[k, 0], yy + y * inverse[k, 1], yt + y * inverse[k, 2]
     mean, apart = (xx * xx + xy * xy + yx * yx + yy * yy) / 2, abs(xx * yy - xy * yx)
     major = np.sqrt(mean + np.sqrt(max(mean * mean - apart * apart, 0.0)))
     if major < SMALLEST_RADIUS_PX / 2 or apart < NARROWEST / 1.5 * major * major:
         return -1.0
     sides = len(unit)
-    score, missed = 0.0, 0
+    score, left = 0.0, len(beyond)
     # A dock whose radius is a large share of its range is bent by up to that share.
     spacing *= 1 + min(major / sought.focal_px, 1.0)
     last = (corners[2] - corners[0]) % sides
     for ahead in beyond:
+        left -= 1
         if ahead == 0:
             continue
         corner = (corners[0] + ahead) % sides
@@ -252,8 +252,6 @@ def _score(sought: Sought, candidates: np.ndarray, predicted: _Predicted, least:
         within = (_NEXT_TOLERANCE if beside else _FAR_TOLERANCE) * spacing
         if nearest < within * within:
             score += 1 + np.log(within / max(np.sqrt(nearest), _EXACT * spacing))
-        else:
-            missed += 1
-            if (len(beyond) - missed) * _MOST_SCORE <= least:
-                return -1.0
+        if score + left * _MOST_SCORE <= least:
+            return -1.0
     return score

@@ -7,6 +7,7 @@ from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
+from dockpose.compiled import compiled
 from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, MOST_LIGHTS
 from dockpose.lights.cone import circles_behind
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
@@ -76,17 +77,10 @@ def _log_chance_of_ellipse(ellipse: Ellipse, on: np.ndarray, points_px: np.ndarr
 def _through_most(points_px: np.ndarray, tolerance_px: float) -> tuple[Ellipse, np.ndarray] | None:
     """The ellipse through most of some points (M, 2), and which are on it (M,); None where it is through few."""
     middle, scale = points_px.mean(axis=0), max(float(points_px.std()), 1e-9)
-    x, y = ((points_px - middle) / scale).T
-    design = np.column_stack([x * x, x * y, y * y, x, y, np.ones_like(x)])
-    places = np.column_stack([x, y, np.ones_like(x)])
+    places = np.column_stack([(points_px - middle) / scale, np.ones(len(points_px))])
     rng = np.random.default_rng(len(points_px))  # the same picture gives the same ring
-    fives = rng.random((_TRIALS, len(points_px))).argsort(axis=1)[:, :MIN_POINTS]
-    conics = conics_through(places[fives])
-    A, B, C, D, E, _ = conics.T[:, :, None]
-    slopes = np.hypot(2 * A * x + B * y + D, B * x + 2 * C * y + E)
-    off_px = scale * np.abs(conics @ design.T) / np.maximum(slopes, 1e-12)
-    counts = np.where(4 * conics[:, 0] * conics[:, 2] > conics[:, 1] ** 2, (off_px < tolerance_px).sum(axis=1), 0)
-    on = off_px[int(np.argmax(counts))] < tolerance_px
+    fives = rng.random((_TRIALS, len(points_px))).argpartition(MIN_POINTS, axis=1)[:, :MIN_POINTS]
+    on = _near_best(conics_through(places[fives]), places, tolerance_px / scale)
     for _ in range(_ROUNDS):
         if on.sum() < LEAST_LIGHTS:
             return None
@@ -99,6 +93,26 @@ def _through_most(points_px: np.ndarray, tolerance_px: float) -> tuple[Ellipse, 
             return None
         on = ellipse.distances(points_px) < max(tolerance_px, TOLERANCE_OF_AXIS * major)
     return (fit_ellipse(points_px[on]), on) if on.sum() >= LEAST_LIGHTS else None
+
+
+@compiled
+def _near_best(conics: np.ndarray, places: np.ndarray, tolerance: float) -> np.ndarray:
+    """Which of homogeneous points (M, 3) are near the ellipse, of conics (T, 6), that most are near; none of none."""
+    most, best = 0, np.zeros(len(places), np.bool_)
+    on = best.copy()
+    for t in range(len(conics)):
+        A, B, C, D, E, F = conics[t]
+        if 4 * A * C <= B * B:
+            continue
+        for k in range(len(places)):
+            x, y = places[k, 0], places[k, 1]
+            along_x, along_y = 2 * A * x + B * y + D, B * x + 2 * C * y + E
+            off = A * x * x + B * x * y + C * y * y + D * x + E * y + F
+            on[k] = off * off < tolerance * tolerance * max(along_x * along_x + along_y * along_y, 1e-24)
+        count = np.count_nonzero(on)
+        if count > most:
+            most, best = count, on.copy()
+    return best
 
 
 def conics_through(places: np.ndarray) -> np.ndarray:

@@ -98,39 +98,21 @@ def _grow(
     sought: Sought, order: np.ndarray, across: np.ndarray, start: np.ndarray, guess: np.ndarray
 ) -> tuple[np.ndarray, float, np.ndarray]:
     """Grow a polygon from three corners and a guess at the perspective, from near corners to far ones."""
-    points, unit, sides = sought.points, sought.unit, len(sought.unit)
+    points, sides = sought.points, len(sought.unit)
     corners = start.copy()
     places, off, nearest, spacing = np.empty((sides, 2)), np.empty(sides), np.empty(sides, np.int64), np.empty(sides)
-    strict = 0
+    strict, is_new = 0, True
     mapping = np.eye(3)
     while True:
-        ok, mapping = _fit(sought, corners, guess)
-        if not ok:
-            return corners, -1.0, mapping
-        for c in range(sides):
-            w = mapping[2, 0] * unit[c, 0] + mapping[2, 1] * unit[c, 1] + 1.0
-            places[c, 0] = (mapping[0, 0] * unit[c, 0] + mapping[0, 1] * unit[c, 1] + mapping[0, 2]) / w
-            places[c, 1] = (mapping[1, 0] * unit[c, 0] + mapping[1, 1] * unit[c, 1] + mapping[1, 2]) / w
-        for c in range(sides):
-            before, after = places[c - 1], places[(c + 1) % sides]
-            spacing[c] = min(
-                np.hypot(places[c, 0] - before[0], places[c, 1] - before[1]),
-                np.hypot(places[c, 0] - after[0], places[c, 1] - after[1]),
-            )
-            # Only what is so near can become this corner: the points are looked through from left to right.
-            reach, number = _GROWING_TOLERANCE * spacing[c], -1
-            best = reach * reach
-            for k in range(np.searchsorted(across, places[c, 0] - reach), len(across)):
-                if across[k] > places[c, 0] + reach:
-                    break
-                square = (across[k] - places[c, 0]) ** 2 + (points[order[k], 1] - places[c, 1]) ** 2
-                if square < best:
-                    best, number = square, order[k]
-            off[c], nearest[c] = np.sqrt(best) if number >= 0 else np.inf, number
+        if is_new:
+            ok, mapping = _fit(sought, corners, guess)
+            if not ok:
+                return corners, -1.0, mapping
+            _look(sought, order, across, mapping, places, spacing, off, nearest)
         if strict == _STRICT_ROUNDS:
             break
         exact = max(sought.tolerance_px, TOLERANCE_OF_RADIUS * stretch(mapping)[1])
-        known = 0
+        known, members, is_new = 0, 0, False
         grown = np.full(sides, -1)
         for c in range(sides):
             known += corners[c] >= 0
@@ -139,10 +121,14 @@ def _grow(
             beside = max(corners[c - 2], corners[c - 1], corners[c], next_one, next_two) >= 0
             if off[c] < within and (strict > 0 or beside):
                 grown[c] = nearest[c]
-        if strict > 0 or np.count_nonzero(grown >= 0) <= known:
+                members += 1
+            is_new |= grown[c] != corners[c]
+        if strict > 0 and not is_new:
+            break
+        if strict > 0 or members <= known:
             strict += 1
         corners = grown
-        if np.count_nonzero(corners >= 0) < 3:
+        if members < 3:
             return corners, -1.0, mapping
     squares = 0.0
     members = 0
@@ -155,6 +141,41 @@ def _grow(
             if corners[other] == corners[c]:
                 return corners, -1.0, mapping
     return corners, (squares if members >= 4 else -1.0), mapping
+
+
+@compiled
+def _look(
+    sought: Sought,
+    order: np.ndarray,
+    across: np.ndarray,
+    mapping: np.ndarray,
+    places: np.ndarray,
+    spacing: np.ndarray,
+    off: np.ndarray,
+    nearest: np.ndarray,
+) -> None:
+    """Set where a mapping puts the corners (N, 2), how far apart, and how far the nearest points are, and which."""
+    points, unit, sides = sought.points, sought.unit, len(sought.unit)
+    for c in range(sides):
+        w = mapping[2, 0] * unit[c, 0] + mapping[2, 1] * unit[c, 1] + 1.0
+        places[c, 0] = (mapping[0, 0] * unit[c, 0] + mapping[0, 1] * unit[c, 1] + mapping[0, 2]) / w
+        places[c, 1] = (mapping[1, 0] * unit[c, 0] + mapping[1, 1] * unit[c, 1] + mapping[1, 2]) / w
+    for c in range(sides):
+        before, after = places[c - 1], places[(c + 1) % sides]
+        spacing[c] = min(
+            np.hypot(places[c, 0] - before[0], places[c, 1] - before[1]),
+            np.hypot(places[c, 0] - after[0], places[c, 1] - after[1]),
+        )
+        # Only what is so near can become this corner: the points are looked through from left to right.
+        reach, number = _GROWING_TOLERANCE * spacing[c], -1
+        best = reach * reach
+        for k in range(np.searchsorted(across, places[c, 0] - reach), len(across)):
+            if across[k] > places[c, 0] + reach:
+                break
+            square = (across[k] - places[c, 0]) ** 2 + (points[order[k], 1] - places[c, 1]) ** 2
+            if square < best:
+                best, number = square, order[k]
+        off[c], nearest[c] = np.sqrt(best) if number >= 0 else np.inf, number
 
 
 @compiled
@@ -172,32 +193,47 @@ def _fit(sought: Sought, corners: np.ndarray, guess: np.ndarray) -> tuple[bool, 
         if corner >= 0:
             size += (points[corner, 0] - x0) ** 2 + (points[corner, 1] - y0) ** 2
     size = max(np.sqrt(size / (2 * count)), 1e-9)
-    normal, right = np.zeros((8, 8)), np.zeros((8, 1))
-    row = np.zeros(8)
+    # Both rows of the affine part have the same normal equations, and are eliminated: what is left is the perspective.
+    normal, right, left = np.zeros((3, 3)), np.zeros((3, 6)), np.zeros((2, 2))
+    p = np.empty((2, 1))
+    for k in range(2):
+        left[k, k] = _PERSPECTIVE_PRIOR**2 + 1e-12
+        p[k, 0] = _PERSPECTIVE_PRIOR**2 * guess[k]
+    for k in range(3):
+        normal[k, k] = 1e-12
     for c in range(len(corners)):
         if corners[c] < 0:
             continue
-        for axis in range(2):
-            seen = (points[corners[c], 0] - x0) / size if axis == 0 else (points[corners[c], 1] - y0) / size
-            row[:] = 0.0
-            row[3 * axis], row[3 * axis + 1], row[3 * axis + 2] = unit[c, 0], unit[c, 1], 1.0
-            row[6], row[7] = -unit[c, 0] * seen, -unit[c, 1] * seen
-            for a in range(8):
-                right[a, 0] += row[a] * seen
-                for b in range(8):
-                    normal[a, b] += row[a] * row[b]
-    normal[6, 6] += _PERSPECTIVE_PRIOR**2
-    normal[7, 7] += _PERSPECTIVE_PRIOR**2
-    right[6, 0] += _PERSPECTIVE_PRIOR**2 * guess[0]
-    right[7, 0] += _PERSPECTIVE_PRIOR**2 * guess[1]
-    for a in range(8):
-        normal[a, a] += 1e-12
-    h = solve(normal, right)[:, 0]
+        u, v = unit[c, 0], unit[c, 1]
+        x, y = (points[corners[c], 0] - x0) / size, (points[corners[c], 1] - y0) / size
+        far = x * x + y * y
+        seen = (x, y, -u * x, -v * x, -u * y, -v * y)
+        for i, place in enumerate((u, v, 1.0)):
+            normal[i, 0] += place * u
+            normal[i, 1] += place * v
+            normal[i, 2] += place
+            for j in range(6):
+                right[i, j] += place * seen[j]
+        p[0, 0] -= u * far
+        p[1, 0] -= v * far
+        left[0, 0] += u * u * far
+        left[0, 1] += u * v * far
+        left[1, 1] += v * v * far
+    left[1, 0] = left[0, 1]
+    affine = solve(normal, right.copy())
+    for i in range(3):
+        for j in range(2):
+            x, y = right[i, 2 + j], right[i, 4 + j]
+            p[j, 0] -= x * affine[i, 0] + y * affine[i, 1]
+            for k in range(2):
+                left[j, k] -= x * affine[i, 2 + k] + y * affine[i, 4 + k]
+    solve(left, p)
+    px, py = p[0, 0], p[1, 0]
     mapping = np.empty((3, 3))
-    mapping[2, 0], mapping[2, 1], mapping[2, 2] = h[6], h[7], 1.0
+    mapping[2, 0], mapping[2, 1], mapping[2, 2] = px, py, 1.0
     for k in range(3):
-        mapping[0, k] = size * h[k] + x0 * mapping[2, k]
-        mapping[1, k] = size * h[3 + k] + y0 * mapping[2, k]
+        mapping[0, k] = size * (affine[k, 0] - affine[k, 2] * px - affine[k, 3] * py) + x0 * mapping[2, k]
+        mapping[1, k] = size * (affine[k, 1] - affine[k, 4] * px - affine[k, 5] * py) + y0 * mapping[2, k]
     major, minor = stretch(mapping)
     # The scale changes across a dock by its radius over its range, which is its radius in the picture over the focal
     # length, times the sine of its tilt; what the lights' own noise feigns comes on top.
@@ -205,7 +241,7 @@ def _fit(sought: Sought, corners: np.ndarray, guess: np.ndarray) -> tuple[bool, 
     plausible = (
         minor >= max(SMALLEST_RADIUS_PX / 3, NARROWEST * major)
         and major >= SMALLEST_RADIUS_PX
-        and np.hypot(h[6], h[7]) <= most
+        and np.hypot(px, py) <= most
     )
     return plausible, mapping
 

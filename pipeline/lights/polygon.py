@@ -1,6 +1,7 @@
 """The images of a dock's lights among points: three points give an affine image of it, whose corners follow."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,7 +15,10 @@ FIRST_POINTS, MAX_POINTS = 40, 150
 # Of each point: those it may have as the next corners. Of few points all, for lights may be missing between; of many
 # fewer, or the triples to be grown are mostly chance. Uneven lights may be far apart.
 _NEIGHBOURS_OF_FEW, _NEIGHBOURS, _NEIGHBOURS_OF_MANY = 12, 8, 6
+_MOST_BEYOND = 4  # corners by which a triple is judged: two on each side, but all of few points
 _TRIALS = 80  # triples that are grown, the most promising
+# Of the few brightest points any three of a ring are such a triple, ten by five lights alone: a few of the best do.
+_FEWER_OF_BRIGHTEST = 4
 # Corners between the first and the second, and the second and the third point of a triple: neighbours; every second
 # corner; one missing between them.
 _STEPS = np.array([(1, 1), (2, 2), (1, 2), (2, 1)])
@@ -51,17 +55,16 @@ def regular(sides: int, roll_rad: float = 0.0) -> np.ndarray:
 
 def find_polygons(
     points_px: np.ndarray,
-    unit: np.ndarray,
+    units: Sequence[np.ndarray],
     even: bool,
     focal_px: float,
     tolerance_px: float = TOLERANCE_PX,
     first: np.ndarray | None = None,
 ) -> list[Polygon]:
-    """Find images of a polygon with corners (N, 2) near the unit circle among points (M, 2), begun from ``first``."""
-    sides = len(unit)
+    """Find images of polygons, each of corners (N, 2) near the unit circle, among points (M, 2), from ``first`` on."""
     first = np.arange(len(points_px)) if first is None else first
     count = len(first)
-    if min(count, sides) < 4:
+    if count < 4:
         return []
     points = np.ascontiguousarray(points_px, dtype=float)
     most = _NEIGHBOURS if count <= FIRST_POINTS else _NEIGHBOURS_OF_MANY
@@ -70,18 +73,41 @@ def find_polygons(
     apart = distances(points[first], points[first])
     np.fill_diagonal(apart, -1.0)
     near = np.ascontiguousarray(first[apart.argsort(axis=1, kind="stable")[:, 1 : most + 1]])
-    sought = Sought(points, unit, float(focal_px), float(tolerance_px))
-    steps = np.vstack([_STEPS, _more_steps(sides)]) if count <= FEW_POINTS else _STEPS
-    steps = steps[steps.sum(axis=1) < sides]
+    # Of several numbers of lights those are ranked together whose triples are judged by as many further corners.
+    alike: dict[int, list[Sought]] = {}
+    for unit in units:
+        judged_by = len(unit) - 3 if count <= FEW_POINTS else min(len(unit) - 3, _MOST_BEYOND)
+        if judged_by > 0:
+            alike.setdefault(judged_by, []).append(Sought(points, unit, float(focal_px), float(tolerance_px)))
+    return [polygon for soughts in alike.values() for polygon in _of_alike(soughts, first, near, even)]
+
+
+def _of_alike(soughts: list[Sought], first: np.ndarray, near: np.ndarray, even: bool) -> list[Polygon]:
+    """Polygons of numbers whose triples compete, by neighbours, then by other steps where one is not whole."""
     found: list[Polygon] = []
-    for some in (steps[:1], steps[1:]):
-        if len(some) == 0 or any(len(polygon.members) >= 0.8 * sides for polygon in found):
-            break
-        trials = _TRIALS if even else 2 * _TRIALS
-        beyond = _beyond(some, sides, all_corners=count <= FEW_POINTS)
-        triples = _promising(sought, first, near, some, _inverses(unit, some), beyond, even, trials)
-        grown, squares, mappings = grow_all(sought, triples)
-        found += [_polygon(*row, sought.focal_px) for row in zip(grown, squares.tolist(), mappings, strict=True)]
+    trials = _TRIALS if even else 2 * _TRIALS
+    is_few = len(first) <= FEW_POINTS
+    if is_few and len(soughts[0].points) > FEW_POINTS:
+        trials //= _FEWER_OF_BRIGHTEST
+    for is_first in (True, False):
+        best, kept = np.full(trials, -1.0), np.full((trials, 7), -1)
+        whole = {len(one.corners) for one in found if len(one.members) >= 0.8 * len(one.corners)}
+        for sought in soughts:
+            sides = len(sought.unit)
+            steps = np.vstack([_STEPS, _more_steps(sides)]) if is_few else _STEPS
+            steps = steps[steps.sum(axis=1) < sides]
+            some = steps[:1] if is_first else steps[1:]
+            if len(some) and sides not in whole:
+                beyond = _beyond(some, sides, all_corners=is_few)
+                _promising(sought, first, near, some, _inverses(sought.unit, some), beyond, even, best, kept)
+        kept = kept[np.argsort(-best)[: np.count_nonzero(best >= 0)]]
+        for sought in soughts:
+            triples = np.ascontiguousarray(kept[kept[:, 6] == len(sought.unit), :6])
+            if len(triples):
+                grown = zip(*grow_all(sought, triples), strict=True)
+                found += [
+                    _polygon(corners, float(squares), *pose, sought.focal_px) for corners, squares, *pose in grown
+                ]
     return found
 
 
@@ -117,7 +143,7 @@ def _more_steps(sides: int) -> np.ndarray:
 
 def _beyond(steps: np.ndarray, sides: int, all_corners: bool) -> np.ndarray:
     """For each pair of steps (S, K) the corners, counted from the first, by which a triple is judged; 0 for none."""
-    wanted = np.zeros((len(steps), max(4, sides - 3)), dtype=np.int64)
+    wanted = np.zeros((len(steps), max(_MOST_BEYOND, sides - 3)), dtype=np.int64)
     for row, (one, two) in enumerate(steps.tolist()):
         last = one + two
         around = [corner % sides for corner in (-1, last + 1, -2, last + 2)]
@@ -155,22 +181,22 @@ def _promising(
     inverses: np.ndarray,
     beyond: np.ndarray,
     even: bool,
-    trials: int,
-) -> np.ndarray:
-    """Triples (T, 6) of points and their corners that predict most of the next corners, and most exactly, first."""
+    best: np.ndarray,
+    kept: np.ndarray,
+) -> None:
+    """Keep triples, (T, 7) of points, their corners and N, that predict most of the next corners, and most exactly."""
     points, sides = sought.points, len(sought.unit)
-    best = np.full(trials, -1.0)
-    kept = np.full((trials, 6), -1)
-    worst, least = 0, -1.0
+    worst = np.argmin(best)
+    least = best[worst]
     for step in range(len(steps)):
-        one, two = steps[step, 0], steps[step, 1]
+        one, two, further = steps[step, 0], steps[step, 1], beyond[step]
         for first in range(1 if even else sides):
             middle, last = (first + one) % sides, (first + one + two) % sides
             inverse = inverses[step, first]
             for row in range(len(middles)):
-                m = middles[row]
-                for i in near[row]:
-                    for j in near[row]:
+                m, beside = middles[row], near[row]
+                for i in beside:
+                    for j in beside:
                         if i == j or (even and one == two and j < i):
                             continue
                         ax, ay = points[m, 0] - points[i, 0], points[m, 1] - points[i, 1]
@@ -181,17 +207,13 @@ def _promising(
                         a, b = np.sqrt(ax * ax + ay * ay) / one, np.sqrt(bx * bx + by * by) / two
                         if (even and (a > 4 * b or b > 4 * a)) or abs(cross) < 0.04 * a * b * one * two:
                             continue
-                        corners, triple = (first, middle, last), (i, m, j)
-                        predicted = _Predicted(corners, triple, inverse, min(a, b), beyond[step])
-                        score = _score(sought, near[row], predicted, least)
+                        predicted = _Predicted((first, middle, last), (i, m, j), inverse, min(a, b), further)
+                        score = _score(sought, beside, predicted, least)
                         if score > least:
                             best[worst] = score
-                            kept[worst] = np.array([i, m, j, first, middle, last])
+                            kept[worst] = np.array([i, m, j, first, middle, last, sides])
                             worst = np.argmin(best)
                             least = best[worst]
-    order = np.argsort(-best)
-    usable = np.count_nonzero(best >= 0)
-    return kept[order[:usable]]
 
 
 @compiled
@@ -199,25 +221,22 @@ def _score(sought: Sought, candidates: np.ndarray, predicted: _Predicted, least:
     """How many of the next corners have a point, and how near; -1 for no image of a dock, or if less than the least."""
     points, unit = sought.points, sought.unit
     corners, triple, inverse, spacing, beyond = predicted
-    p = np.empty((2, 3))
+    xx, xy, xt, yx, yy, yt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(3):
-        p[0, k], p[1, k] = points[triple[k], 0], points[triple[k], 1]
-    xx = p[0, 0] * inverse[0, 0] + p[0, 1] * inverse[1, 0] + p[0, 2] * inverse[2, 0]
-    xy = p[0, 0] * inverse[0, 1] + p[0, 1] * inverse[1, 1] + p[0, 2] * inverse[2, 1]
-    xt = p[0, 0] * inverse[0, 2] + p[0, 1] * inverse[1, 2] + p[0, 2] * inverse[2, 2]
-    yx = p[1, 0] * inverse[0, 0] + p[1, 1] * inverse[1, 0] + p[1, 2] * inverse[2, 0]
-    yy = p[1, 0] * inverse[0, 1] + p[1, 1] * inverse[1, 1] + p[1, 2] * inverse[2, 1]
-    yt = p[1, 0] * inverse[0, 2] + p[1, 1] * inverse[1, 2] + p[1, 2] * inverse[2, 2]
+        x, y = points[triple[k], 0], points[triple[k], 1]
+        xx, xy, xt = xx + x * inverse[k, 0], xy + x * inverse[k, 1], xt + x * inverse[k, 2]
+        yx, yy, yt = yx + y * inverse[k, 0], yy + y * inverse[k, 1], yt + y * inverse[k, 2]
     mean, apart = (xx * xx + xy * xy + yx * yx + yy * yy) / 2, abs(xx * yy - xy * yx)
     major = np.sqrt(mean + np.sqrt(max(mean * mean - apart * apart, 0.0)))
     if major < SMALLEST_RADIUS_PX / 2 or apart < NARROWEST / 1.5 * major * major:
         return -1.0
     sides = len(unit)
-    score, missed = 0.0, 0
+    score, left = 0.0, len(beyond)
     # A dock whose radius is a large share of its range is bent by up to that share.
     spacing *= 1 + min(major / sought.focal_px, 1.0)
     last = (corners[2] - corners[0]) % sides
     for ahead in beyond:
+        left -= 1
         if ahead == 0:
             continue
         corner = (corners[0] + ahead) % sides
@@ -233,8 +252,6 @@ def _score(sought: Sought, candidates: np.ndarray, predicted: _Predicted, least:
         within = (_NEXT_TOLERANCE if beside else _FAR_TOLERANCE) * spacing
         if nearest < within * within:
             score += 1 + np.log(within / max(np.sqrt(nearest), _EXACT * spacing))
-        else:
-            missed += 1
-            if (len(beyond) - missed) * _MOST_SCORE <= least:
-                return -1.0
+        if score + left * _MOST_SCORE <= least:
+            return -1.0
     return score

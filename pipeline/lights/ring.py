@@ -21,6 +21,7 @@ from dockpose.lights.whole import TOLERANCE_OF_AXIS, ellipse_through, log_chance
 TOLERANCE_OF_LIGHT = 0.15
 # Another ring through some of the same points leaves it open which is right where its evidence comes so near.
 _AS_CONVINCING = 0.6
+_STAND_OUT = 0.5  # of the light of a few, that of the next: lamps of one kind differ by as much
 _AS_COMPLETE, _AS_BRIGHT = 0.7, 0.8  # of several rings: shares of the most lights, and of the most light
 # A lamp is seen so many times as bright in a mirror as straight, at the most, where it shines that way; and so many
 # rings are the most that a tank shows.
@@ -78,9 +79,13 @@ def find_ring(
     # Of a known number corners are found sooner, of an unknown one the ellipse.
     corners_first = dock.lights in NUMBERS
     found = [] if corners_first else _of_many(scene, order, dock, tolerance)
-    # Bright lights far apart have the specks between them for neighbours, unless they are looked at by themselves.
-    for most, of_more in ((FIRST_POINTS, 0), (FEW_POINTS, FEW_POINTS), (MAX_POINTS, FIRST_POINTS)):
-        if of_few and not found and len(order) > of_more:
+    # Bright lights far apart have the specks between them for neighbours, unless they are looked at by themselves; but
+    # not where the next are as bright, so that no few stand out.
+    next_light = brightness[order[FEW_POINTS : 2 * FEW_POINTS]]
+    stand_out = len(next_light) < FEW_POINTS or next_light[-1] < _STAND_OUT * brightness[order[FEW_POINTS // 2]]
+    looks = ((FIRST_POINTS, 0), (FEW_POINTS if stand_out else 0, FEW_POINTS), (MAX_POINTS, FIRST_POINTS))
+    for most, of_more in looks:
+        if of_few and not found and most and len(order) > of_more:
             chosen = np.sort(order[:most])
             found = _candidates(scene, chosen, dock, tolerance)
     if corners_first and not found:
@@ -133,15 +138,15 @@ def _mask(count: int, candidate: Candidate) -> np.ndarray:
 def _candidates(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
     """Polygons of the dock's lights that chance would hardly make, begun from the chosen points; the surest first."""
     found = []
-    for sides in NUMBERS if dock.lights is None else (dock.lights,):
-        unit = _places(sides, dock)
-        for polygon in find_polygons(scene.points_px, unit, scene.even, scene.focal_px, tolerance, chosen):
-            candidate = accepted(polygon, sides, scene)
-            if candidate is None and len(polygon.members) > LEAST_CROWD:
-                # One of its points may be no light of it.
-                candidate = accepted(without_worst(polygon, scene.points_px, unit), sides, scene)
-            if candidate is not None:
-                found.append(candidate)
+    units = [_places(sides, dock) for sides in (NUMBERS if dock.lights is None else (dock.lights,))]
+    for polygon in find_polygons(scene.points_px, units, scene.even, scene.focal_px, tolerance, chosen):
+        sides = len(polygon.corners)
+        candidate = accepted(polygon, sides, scene)
+        if candidate is None and len(polygon.members) > LEAST_CROWD:
+            # One of its points may be no light of it.
+            candidate = accepted(without_worst(polygon, scene.points_px, _places(sides, dock)), sides, scene)
+        if candidate is not None:
+            found.append(candidate)
     return sorted(found, key=lambda candidate: candidate.log_chance)
 
 

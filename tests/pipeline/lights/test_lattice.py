@@ -92,7 +92,7 @@ def test_rings_among_strays_do_not_go_on_beyond_themselves(count):
         rng = np.random.default_rng([8, seed])
         ours = lights(count, z_m=rng.uniform(0.6, 1.5), angles=rng.uniform(-0.5, 0.5, 2))
         points = np.vstack([ours, rng.uniform(0, [640, 480], (30, 2))]) - MIDDLE
-        polygons = find_polygons(ours - MIDDLE, unit, True, FOCAL_PX)
+        polygons = find_polygons(ours - MIDDLE, [unit], True, FOCAL_PX)
         whole = max(polygons, key=lambda polygon: len(polygon.members))
         assert len(whole.members) == count
         assert not goes_on(whole, unit, points, 1.5)

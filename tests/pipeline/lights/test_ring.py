@@ -153,7 +153,7 @@ def test_lights_seen_nearly_square_on_lie_where_the_nearest_pose_has_them():
     # Five lights good to 0.1 px; a pose that follows from how they are stretched alone stays off by two pixels.
     ours = half_a_ring(6)[:5]
     best = max(
-        find_polygons(ours - [CAMERA.cx, CAMERA.cy], Dock(2.0, 10).light_points()[:, :2], True, FOCAL_PX),
+        find_polygons(ours - [CAMERA.cx, CAMERA.cy], [Dock(2.0, 10).light_points()[:, :2]], True, FOCAL_PX),
         key=lambda polygon: (len(polygon.members), -polygon.squares_px2),
     )
     assert len(best.members) == 5
@@ -219,11 +219,11 @@ def test_a_polygon_seen_from_impossibly_near_is_refused():
     places = Dock(2.0, 10).light_points()
     ring = 0.15 * places @ rotation_from_angles(0.7, 0.3).T
     seen = 250 * ring[:, :2] / (0.7 + ring[:, 2:])
-    (best, *_) = find_polygons(seen, places[:, :2], True, 250.0)
+    (best, *_) = find_polygons(seen, [places[:, :2]], True, 250.0)
     assert len(best.members) == 10
     assert best.squares_px2 < 0.01
     assert all(
-        len(other.members) < 10 or other.squares_px2 > 1 for other in find_polygons(seen, places[:, :2], True, 2500.0)
+        len(other.members) < 10 or other.squares_px2 > 1 for other in find_polygons(seen, [places[:, :2]], True, 2500.0)
     )
 
 

@@ -118,6 +118,16 @@ class _Found:
             return False
         return float(distances(markers.points_px, own.points_px).min(axis=1).max()) < LEAST_PX
 
+    def knows_better(self, other: "_Found") -> bool:
+        """Whether another look has these lights, worse known, no nearer to an ellipse: if more even, then by luck."""
+        if self.status != "ok" or other.status != "ok":
+            return False
+        own, others = (one.stages["markers"].part(one.stages["ring"].on_ring) for one in (self, other))
+        off_px = distances(own.points_px, others.points_px).min(axis=1)
+        is_same = len(own) == len(others) and bool((math.pi * off_px**2 < own.areas_px).all())
+        is_nearer = self.stages["ellipse"].rms_px > other.stages["ellipse"].rms_px + LEAST_PX
+        return is_same and not is_nearer and max(_worst_px2(own), LEAST_PX**2) < _worst_px2(others)
+
     def rank(self) -> tuple[bool, bool, bool, float]:
         """A ring of five lights or more before one of fewer, any before none, and the least likely to be chance.
 
@@ -127,6 +137,12 @@ class _Found:
         lights = 0 if ring is None else int(ring.on_ring.sum())
         is_whole = ring is not None and ring.lights is not None and lights >= max(ring.lights, MIN_POINTS)
         return found and lights >= MIN_POINTS, found, is_whole, -self.log_chance
+
+
+def _worst_px2(lights: Markers) -> float:
+    """Variance, along both axes together, of the centre that is known worst; inf where nothing is known of one."""
+    known_px2 = lights.covariances_px2
+    return math.inf if known_px2 is None else float(np.nan_to_num(np.trace(known_px2.T), nan=math.inf).max())
 
 
 def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> _Found | None:
@@ -154,7 +170,8 @@ def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock
         of_few = dock.lights is not None or is_local
         found = _search_with(other, picture, camera, dock, settings, of_few=of_few, looks=looks)
         looks.append(found)
-        if is_local or found.status != "ok" or found.log_chance < _LITTLE_CHANCE:
+        may_be_it = is_local or found.status != "ok" or found.log_chance < _LITTLE_CHANCE
+        if may_be_it and not best.knows_better(found):  # a builder's errors are no reason for a blurred look
             best = max(best, found, key=_Found.rank)
         if best.is_exact(_EXACT_OF_AXIS):
             break

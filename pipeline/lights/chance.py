@@ -100,7 +100,8 @@ def accepted(polygon: Polygon, sides: int, scene: Scene, *, may_hang: bool = Tru
         semi_axes_px=polygon.semi_axes_px,
         area_px2=scene.area_px2,
     )
-    at_once = len(scene.points_px) <= FIRST_POINTS and len(members) >= LEAST_CROWD
+    # Four lights are picked out from among others, unless there is but one other: that makes so few fours.
+    at_once = len(scene.points_px) <= (FIRST_POINTS if len(members) >= LEAST_CROWD else LEAST_CROWD)
     most = math.log((ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS) / scene.numbers)
     if chance_among(near=(NONE_NEAR, NONE_NEAR)) > most:
         return None  # others near it, and cables, would only make it likelier

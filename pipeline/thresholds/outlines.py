@@ -12,7 +12,7 @@ import numpy as np
 from dockpose.compiled import compiled
 from dockpose.pixels.bright import PixelGroups, pixels_at
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
-from dockpose.thresholds.scales import MOST_PX, grey_of, halved
+from dockpose.thresholds.scales import MOST_PX, are_highest, grey_of, halved
 
 # Radii of discs: each the root of two times the one before, so that a disc is within a fifth of one. Of larger discs
 # the picture is halved, so that they have one of the last two.
@@ -96,11 +96,10 @@ def _middles(shape: tuple[int, int], edges: np.ndarray, radius_px: float) -> np.
     off_px = radius_px * (_VOTES - 1)
     whole = radius_px / spread_px**2 * float(np.exp(-(off_px**2) / 2 / spread_px**2).mean())
     share = cv2.GaussianBlur(votes, (0, 0), spread_px) / whole
-    size = 2 * math.ceil(_APART * radius_px) + 1
-    around = cv2.dilate(share, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))
-    rows, columns = np.nonzero((share >= around) & (share > _LEAST_SHARE))
-    inside = (rows > 0) & (columns > 0) & (rows < shape[0] - 1) & (columns < shape[1] - 1)
-    rows, columns = rows[inside], columns[inside]
+    reach = math.ceil(_APART * radius_px)
+    near = np.argwhere(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))) - reach
+    clear = np.flatnonzero(share > _LEAST_SHARE)
+    rows, columns = np.divmod(clear[are_highest(share, clear, near)], shape[1])
     order = np.argsort(-share[rows, columns], kind="stable")[:_MOST_LIGHTS]
     rows, columns = rows[order], columns[order]
     return np.column_stack([columns + _top(share, rows, columns, 0, 1), rows + _top(share, rows, columns, 1, 0)])

@@ -133,6 +133,18 @@ def _are_tops(index: np.ndarray, blurred: np.ndarray, response: np.ndarray, near
 
 
 @compiled
+def are_highest(values: np.ndarray, index: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Which pixels (n,) within the edge of a picture (h, w) are the highest of those ``near``, offsets (M, 2)."""
+    height, width = values.shape
+    highest = np.zeros(len(index), np.bool_)
+    for number in range(len(index)):
+        row, column = index[number] // width, index[number] % width
+        inside = 0 < row < height - 1 and 0 < column < width - 1
+        highest[number] = inside and _is_highest(values, row, column, near)
+    return highest
+
+
+@compiled
 def _is_highest(values: np.ndarray, row: int, column: int, near: np.ndarray) -> bool:
     """Whether a pixel is within the picture, and none near it, at offsets (M, 2), is higher."""
     height, width = values.shape

@@ -164,7 +164,7 @@ def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Set
 def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> _Found:
     """The best of what one level shows, and of what each light's own level, each scale and each outline do."""
     best, looks = first, [first]
-    for other in _other_looks(picture.histogram, settings, lambda: best.is_sure):
+    for other in _other_looks(picture.histogram, settings, lambda: best.is_sure or dock.lights is None):
         # Of an unknown number, any few points of some scale make some ring.
         is_local = looks == [first]
         of_few = dock.lights is not None or is_local
@@ -178,14 +178,14 @@ def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock
     return best
 
 
-def _other_looks(histogram: Histogram, settings: Settings, is_sure: Callable[[], bool]) -> Iterator[Threshold]:
-    """Thresholds but that of one level; outlines, which show lights that run together, where no ring is sure by then.
+def _other_looks(histogram: Histogram, settings: Settings, is_enough: Callable[[], bool]) -> Iterator[Threshold]:
+    """Thresholds but that of one level; outlines, which show lights that run together, only where they are needed.
 
-    A centroid is better known than the middle of an outline.
+    Where a ring is sure by then, centroids are better known; and along a hoop, middles show a ring of some number.
     """
     yield hats_local(histogram, settings.min_area_px)
     yield from at_scales(histogram, settings.min_area_px)
-    if not is_sure():
+    if not is_enough():
         yield from by_outlines(histogram, settings.min_area_px)
 
 

@@ -1,7 +1,7 @@
 """The search for a dock in the pixels of one picture: by one level, by each light's own, by size, and in white."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
@@ -94,11 +94,6 @@ class _Found:
     stages: dict[str, Any]
     log_chance: float = math.inf  # of the ring, if there is one
 
-    @property
-    def is_sure(self) -> bool:
-        """Whether there is a ring that chance does not make."""
-        return self.status == "ok" and self.log_chance < _NO_CHANCE
-
     def is_exact(self, of_axis: float = 0.0) -> bool:
         """Whether nearly all lights are there, where they should be, within a share of the major semi-axis."""
         if self.status != "ok":
@@ -164,13 +159,12 @@ def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Set
 def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> _Found:
     """The best of what one level shows, and of what each light's own level, each scale and each outline do."""
     best, looks = first, [first]
-    for other in _other_looks(picture.histogram, settings, lambda: best.is_sure or dock.lights is None):
+    for other, least in _other_looks(picture.histogram, settings, dock, looks):
         # Of an unknown number, any few points of some scale make some ring.
-        is_local = looks == [first]
-        of_few = dock.lights is not None or is_local
+        of_few = dock.lights is not None or least == math.inf
         found = _search_with(other, picture, camera, dock, settings, of_few=of_few, looks=looks)
         looks.append(found)
-        may_be_it = is_local or found.status != "ok" or found.log_chance < _LITTLE_CHANCE
+        may_be_it = found.status != "ok" or found.log_chance < least
         if may_be_it and not best.knows_better(found):  # a builder's errors are no reason for a blurred look
             best = max(best, found, key=_Found.rank)
         if best.is_exact(_EXACT_OF_AXIS):
@@ -178,15 +172,20 @@ def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock
     return best
 
 
-def _other_looks(histogram: Histogram, settings: Settings, is_enough: Callable[[], bool]) -> Iterator[Threshold]:
-    """Thresholds but that of one level; outlines, which show lights that run together, only where they are needed.
+def _other_looks(
+    histogram: Histogram, settings: Settings, dock: Dock, looks: Sequence[_Found]
+) -> Iterator[tuple[Threshold, float]]:
+    """Thresholds but that of one level, and log of the chance above which a ring of each is none; ``looks`` grow.
 
-    Where a ring is sure by then, centroids are better known; and along a hoop, middles show a ring of some number.
+    Outlines show lights that run together. Where there is a ring by then, its centres are better known; and along a
+    hoop middles show a ring of some number. All clutter has edges, so that what they show must be beyond chance.
     """
-    yield hats_local(histogram, settings.min_area_px)
-    yield from at_scales(histogram, settings.min_area_px)
-    if not is_enough():
-        yield from by_outlines(histogram, settings.min_area_px)
+    yield hats_local(histogram, settings.min_area_px), math.inf
+    for scale in at_scales(histogram, settings.min_area_px):
+        yield scale, _LITTLE_CHANCE
+    if dock.lights is not None and not any(one.status == "ok" and one.log_chance < _LITTLE_CHANCE for one in looks):
+        for outlined in by_outlines(histogram, settings.min_area_px):
+            yield outlined, _NO_CHANCE
 
 
 def _search_with(

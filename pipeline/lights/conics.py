@@ -153,12 +153,19 @@ def _spaced(
     for focals_px, filled, tried in (([focal_px], _FILLED, len(numbers)), (others_px, _CLOSED, MOST_LIGHTS)):
         if best is not None and len(best.members) >= _MOST * len(on):
             break
-        numbers, most = [sides for sides in numbers if len(on) >= filled * sides], math.log(ACCEPTED_AMONG_OTHERS / 2 / tried / len(focals_px))
-        spacings = sorted(_spacings(points_px[on], ellipse, numbers, focals_px, filled, most), key=attrgetter("log_chance"))
+        numbers, most = (
+            [sides for sides in numbers if len(on) >= filled * sides],
+            math.log(ACCEPTED_AMONG_OTHERS / 2 / tried / len(focals_px)),
+        )
+        spacings = sorted(
+            _spacings(points_px[on], ellipse, numbers, focals_px, filled, most), key=attrgetter("log_chance")
+        )
         likely = [one for one in spacings[:_MOST_SPACINGS] if one.sides == spacings[0].sides]
         least = 0.0 if filled == _FILLED else _MOST * len(on)
         polygons = [] if best is None else [best]
-        polygons += [one for one in (_whole(each, points_px, on, tolerance_px) for each in likely) if len(one.members) >= least]
+        polygons += [
+            one for one in (_whole(each, points_px, on, tolerance_px) for each in likely) if len(one.members) >= least
+        ]
         best = max(polygons, key=lambda polygon: (len(polygon.members), -polygon.squares_px2), default=None)
     return best
 
@@ -223,10 +230,8 @@ def _phase(angles: np.ndarray, sides: int) -> float:
     return float(np.angle(np.exp(1j * sides * angles).sum())) / sides
 
 
-def log_chance_of_spacing(
-    angles: np.ndarray, sides: int, least_filled: float
-) -> tuple[float, np.ndarray, np.ndarray]:
-    """Logarithm of how often chance would fit a number of lights as well, each point's corner (N,), and which fit so."""
+def log_chance_of_spacing(angles: np.ndarray, sides: int, least_filled: float) -> tuple[float, np.ndarray, np.ndarray]:
+    """Log of how often chance would fit a number of lights as well, the corner (N,) of each point, and which fit so."""
     step = 2 * math.pi / sides
     slot = (angles - _phase(angles, sides)) / step
     corner_of = np.round(slot)

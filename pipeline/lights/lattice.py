@@ -10,9 +10,9 @@ from dockpose.lights.polygon import Polygon
 
 _NEIGHBOURS = 8  # of a lattice's point: the nearest of a square one
 _TOLERANCE = 0.05  # of a step, by which perspective and lens change it from one point to the next
-# An arc of a ring is open where so many corners in a row are empty, or two, as one light goes out now and then, if more
-# lamps go on than are missing; on a cable the next is so many steps on, and within an eighth of a turn of straight on.
-_OPEN, _GAP, _NEXT, _AHEAD = 3, 2, (0.5, 1.6), math.cos(math.pi / 4)
+# An arc of a ring is open where so many corners in a row are empty; on a cable the next lamp is so many steps on, and
+# within an eighth of a turn of straight ahead.
+_OPEN, _NEXT, _AHEAD = 3, (0.5, 1.6), math.cos(math.pi / 4)
 _CLOSE = 0.25  # of how far off a light may be: more than its centre's error, mostly
 _BY_CHANCE = 0.02  # of all ends of a ring having a lamp beyond
 _LEAST_ANGLE = math.sin(math.radians(20))  # between a lattice's two directions, as steeply as it may be seen
@@ -78,39 +78,25 @@ def _meets(on_ring: np.ndarray, mapping: np.ndarray, others: np.ndarray, toleran
 
 
 def strung(corners: np.ndarray, points_px: np.ndarray, others: np.ndarray, area_px2: float) -> bool:
-    """Whether others (K, 2) go on beyond the ends of a ring's open arcs, as lamps on a cable, and strays hardly would.
+    """Whether others (K, 2) go on beyond each end of a ring's open arcs, as lamps on a cable, and strays hardly would.
 
     The corners are numbers of points (M, 2).
     """
     sides, lit = len(corners), corners >= 0
-    firsts: list[float] = []  # at ends of wide gaps, how many strays are expected where the next lamp is; inf for none
+    if lit.sum() >= CLOSED * sides:
+        return False
+    chance, ends = 1.0, 0
     for corner in np.flatnonzero(lit):
         for way in (1, -1):
-            empty = int(np.argmax(lit[(corner + way * np.arange(1, sides + 1)) % sides]))
-            if not lit[(corner - way) % sides] or empty < _GAP:
+            if not lit[(corner - way) % sides] or lit[(corner + way * np.arange(1, _OPEN + 1)) % sides].any():
                 continue
             end = points_px[corners[corner]]
-            beyond = _beyond(end, end - points_px[corners[(corner - way) % sides]], others, area_px2)
-            # Lights of the dock that are off their places are no more than the empty corners.
-            if len(beyond) > empty and math.prod(beyond) < _BY_CHANCE:
-                return True
-            if empty >= _OPEN:
-                firsts.append(beyond[0] if beyond else math.inf)
-    is_open = lit.sum() < CLOSED * sides and len(firsts) >= 2
-    return is_open and math.prod(-math.expm1(-first) for first in firsts) < _BY_CHANCE and math.inf not in firsts
-
-
-def _beyond(end: np.ndarray, step: np.ndarray, others: np.ndarray, area_px2: float) -> list[float]:
-    """How many strays are expected within reach of each step along the lamps that go on from an end, one by one."""
-    expected = []
-    strewn = len(others) / area_px2 * math.pi / 4 * (_NEXT[1] ** 2 - _NEXT[0] ** 2)
-    while len(others):
-        along, length = others - end, np.hypot(*step)
-        away = np.hypot(*along.T)
-        is_next = (along @ step > _AHEAD * away * length) & (away > _NEXT[0] * length) & (away < _NEXT[1] * length)
-        if not is_next.any():
-            break
-        expected.append(strewn * length**2)
-        nearest = np.argmin(np.where(is_next, np.hypot(*(along - step).T), np.inf))
-        end, step, others = others[nearest], along[nearest], np.delete(others, nearest, axis=0)
-    return expected
+            step = end - points_px[corners[(corner - way) % sides]]
+            least, most = (share * np.hypot(*step) for share in _NEXT)
+            away = np.hypot(*(others - end).T)
+            is_ahead = (others - end) @ step > _AHEAD * away * np.hypot(*step)
+            if not (is_ahead & (away > least) & (away < most)).any():
+                return False
+            ends += 1
+            chance *= -math.expm1(-len(others) / area_px2 * math.pi / 4 * (most**2 - least**2))
+    return ends >= 2 and chance < _BY_CHANCE

@@ -286,7 +286,7 @@ def _within_px(one: Candidate, tolerance: float) -> float:
 
 
 def _others_on(best: Candidate, exact: Candidate, scene: Scene, within_px: float) -> tuple[np.ndarray, bool]:
-    """Numbers of others on a ring's ellipse that may be its own lights, and whether there are more than chance would."""
+    """Numbers of others on a ring's ellipse that may be its own lights, and whether there are too many for chance."""
     members, points_px = exact.polygon.members, scene.points_px
     # Specks are no lights, and what is near a light is a part of it.
     is_light = scene.brightness > _SPECK * np.median(scene.brightness[members])

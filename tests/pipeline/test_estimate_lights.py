@@ -131,7 +131,9 @@ def test_the_same_lamps_are_searched_for_a_ring_once(monkeypatch):
         assert len(one) != len(other) or apart_px.min(axis=1).max() >= LEAST_PX
 
 
-@pytest.mark.parametrize(("count", "joined", "is_found"), [(12, 1, True), (12, 2, True), (11, 0, False), (10, 1, False)])
+@pytest.mark.parametrize(
+    ("count", "joined", "is_found"), [(12, 1, True), (12, 2, True), (11, 0, False), (10, 1, False)]
+)
 def test_two_lights_that_run_together_do_not_hide_a_ring_and_another_number_does(count, joined, is_found):
     turn = 2 * np.pi * np.arange(count) / count + 0.1
     ring = 0.15 * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn]) @ rotation_from_angles(0.4, -0.5).T

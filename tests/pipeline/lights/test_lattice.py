@@ -117,14 +117,6 @@ def test_lamps_on_a_cable_that_goes_on_are_no_ring_and_those_of_half_a_ring_are(
     assert np.flatnonzero(ring_of(alone, 16).on_ring).tolist() == list(range(9))
 
 
-@pytest.mark.parametrize(("missing", "going_on", "found"), [(4, 5, False), (4, 3, True), (2, 5, False), (2, 2, True)])
-def test_a_cable_that_begins_as_a_ring_and_goes_on_with_more_lamps_than_are_missing_is_none(missing, going_on, found):
-    # From one end alone, as the letter P; lights that are missing may only be off their places.
-    ring = lights(16, z_m=1.0, angles=(0.2, 0.3))[: 16 - missing]
-    tail = ring[-1] + np.arange(1, going_on + 1)[:, None] * (ring[-1] - ring[-2])
-    assert ring_of(np.vstack([ring, tail]), 16).found == found
-
-
 @pytest.mark.parametrize("beyond", [0, 3, 7])
 def test_lights_off_their_places_in_a_gap_of_a_ring_are_no_cable(beyond):
     ours = lights(60, z_m=0.7)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from dockpose.lights.growing import TOLERANCE_PX
 from dockpose.lights.polygon import FIRST_POINTS, Polygon
 
 # Expected number of chance rings below which a ring is one: where it is all that there is, and where it is picked out
@@ -19,8 +18,6 @@ LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rin
 # of where the last two point; one of twenty is out. A ring with such a share of its lights, or along such a share of
 # it, is no cable, and ten thousand docks are seen for each cable that would pass for a part of one.
 _NEAR_STEPS, _NEXT_STEPS, _LARGEST_GAP, _OUT, CLOSED, _FEWER_CABLES = 3.0, 0.25, 2, 0.05, 0.75, 1e4
-_BETWEEN = 0.25  # of a spacing: a group so far from a corner may be the next one's light as well
-_AS_SOME = 1.5  # lights' worth of brightness: as nearly two as one
 _THRESHOLDS = 2  # that a picture is searched with
 LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
 MOST_LIGHTS = 64  # that a dock is expected to have
@@ -107,39 +104,9 @@ def accepted(polygon: Polygon, sides: int, scene: Scene, *, may_hang: bool = Tru
         return None  # others near it, and cables, would only make it likelier
     chance = chance_among(
         near=neighbours(scene.points_px, scene.brightness, members, polygon.centre_px, polygon.semi_axes_px[0]),
-        cables=cables_of(_lit(polygon, scene)) if may_hang else (),
+        cables=cables_of(polygon.corners >= 0) if may_hang else (),
     )
     return Candidate(polygon, sides, chance + math.log(scene.numbers)) if chance < most else None
-
-
-def _lit(polygon: Polygon, scene: Scene) -> np.ndarray:
-    """Which corners (N,) of a polygon have a light, by itself or run together with others if they are even."""
-    if not scene.even:
-        return polygon.corners >= 0
-    flat = np.column_stack([scene.points_px, np.ones(len(scene.points_px))]) @ np.linalg.inv(polygon.mapping).T
-    sides, minor_px = len(polygon.corners), polygon.semi_axes_px[1]
-    return lit_corners(flat[:, :2] / flat[:, 2:], scene.brightness, polygon.members, sides, minor_px)
-
-
-def lit_corners(
-    flat: np.ndarray, brightness: np.ndarray, members: np.ndarray, sides: int, minor_px: float
-) -> np.ndarray:
-    """Which corners (sides,) of an even ring have a light, where points (M, 2) lie in radii on its plane.
-
-    What is as bright as some of its lights, and lies where the middle of neighbours does, is these run together.
-    """
-    angles = np.arctan2(flat[:, 1], flat[:, 0])
-    slot = angles * sides / (2 * math.pi)
-    slot -= np.angle(np.exp(2j * math.pi * slot[members]).sum()) / (2 * math.pi)
-    within = max(1 - math.cos(2 * math.pi / sides), TOLERANCE_PX / minor_px)
-    near = np.abs(np.hypot(flat[:, 0], flat[:, 1]) - 1) < within
-    near &= brightness > _AS_SOME * np.median(brightness[members])
-    near[members] = False
-    lit = np.zeros(sides, dtype=bool)
-    lit[np.round(slot[members]).astype(int) % sides] = True
-    for aside in (-_BETWEEN, _BETWEEN):
-        lit[np.round(slot[near] + aside).astype(int) % sides] = True
-    return lit
 
 
 def log_chance_rings(

@@ -12,7 +12,6 @@ from dockpose.lights.chance import (
     ACCEPTED_AMONG_OTHERS,
     MOST_LIGHTS,
     cables_of,
-    lit_corners,
     log_chance_rings,
     neighbours,
 )
@@ -42,12 +41,12 @@ def judged(
     """Return a ring's ellipse, poses, log of its chance, and why it is no dock; NoEllipseError where it has no pose."""
     lights = markers.part(ring.on_ring)
     ellipse, choice = find_poses(lights.points_px, camera, dock, labels, ring.ellipse, lights.covariances_px2)
-    log_chance = log_chance_of_ring(ring, markers, ellipse, choice, camera, dock, area_px2)
+    log_chance = log_chance_of_ring(ring, markers, ellipse, choice, dock, area_px2)
     return ellipse, choice, log_chance, why_no_dock(ring, markers, ellipse, choice, camera, dock, log_chance)
 
 
 def log_chance_of_ring(
-    ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, camera: Camera, dock: Dock, area_px2: float
+    ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, dock: Dock, area_px2: float
 ) -> float:
     """Return the logarithm of the expected number of chance rings in the picture as good as a pose's."""
     count = int(ring.on_ring.sum())
@@ -59,23 +58,16 @@ def log_chance_of_ring(
     tests = math.log(MOST_LIGHTS) if dock.lights is None else 0.0
     members, brightness = np.flatnonzero(ring.on_ring), markers.areas_px * markers.peaks.astype(float)
     near = neighbours(markers.points_px, brightness, members, ellipse.centre_px, ellipse.semi_axes_px[0])
-    rms_px, is_even = choice.candidates[0].rms_px or 0.0, not (dock.angles_deg or dock.offsets_m)
-    cables: list[list[int]] = []
-    if choice.lights is not None:
-        lit = np.bincount(choice.lights, minlength=sides) > 0
-        if is_even:
-            flat = _on_plane(markers, choice.candidates[0], camera, dock) / dock.radius
-            lit = lit_corners(flat, brightness, members, sides, ellipse.semi_axes_px[1])
-        cables = cables_of(lit)
+    rms_px = choice.candidates[0].rms_px or 0.0
     return tests + log_chance_rings(
         count,
         sides,
-        even=is_even,
+        even=not (dock.angles_deg or dock.offsets_m),
         squares_px2=count * rms_px**2,
         semi_axes_px=ellipse.semi_axes_px,
         near=near,
         area_px2=area_px2,
-        cables=cables,
+        cables=() if choice.lights is None else cables_of(np.bincount(choice.lights, minlength=sides) > 0),
     )
 
 

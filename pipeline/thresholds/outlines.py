@@ -6,13 +6,13 @@ radius away, towards the bright side; of many votes from all around one place be
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import cv2
 import numpy as np
 from dockpose.compiled import compiled
-from dockpose.pixels.bright import PixelGroups, pixels_at
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
-from dockpose.thresholds.scales import MOST_PX, are_highest, grey_of, halved
+from dockpose.thresholds.scales import MOST_PX, are_highest, grey_of, halved, pixels_of
 
 # Radii of discs: each the root of two times the one before, so that a disc is within a fifth of one. Of larger discs
 # the picture is halved, so that they have one of the last two.
@@ -138,16 +138,10 @@ def _groups(histogram: Histogram, middles_px: np.ndarray, radius_px: float, min_
     columns, rows = (np.round(middles_px).astype(int)[:, None] + off).reshape(-1, 2).T
     light = np.repeat(np.arange(len(middles_px)), len(off))
     inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
-    # A pixel that two lights reach belongs to the clearer, which comes first.
-    index, first = np.unique((rows * width + columns)[inside], return_index=True)
-    light = light[inside][first]
-    kept = np.bincount(light)[light] >= min_area_px
-    if histogram.counted is not None:
-        kept &= histogram.counted.ravel()[index] > 0
-    if not kept.any():
+    listed = pixels_of(histogram, (rows * width + columns)[inside], light[inside], min_area_px)
+    if listed is None:
         return None
-    numbers, group_of = np.unique(light[kept], return_inverse=True)
-    pixels = pixels_at(histogram.levels, index[kept])
-    groups = PixelGroups(pixels, group_of, len(numbers), middles_px[numbers])
+    groups, numbers = listed
     reason = f"{len(numbers)} discs {2 * radius_px:.3g} pixels wide stand out by their outlines."
-    return threshold_at("hats_local", histogram, pixels.floor, reason, groups)
+    groups = replace(groups, centres_px=middles_px[numbers])
+    return threshold_at("hats_local", histogram, groups.pixels.floor, reason, groups)

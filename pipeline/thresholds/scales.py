@@ -72,18 +72,28 @@ def _groups(
     light = np.repeat(np.arange(len(found)), [shrink**2 * len(one) for one in found])
     rows, columns = _enlarged(np.concatenate(found), shrink).T
     inside = (rows < height) & (columns < width)
+    listed = pixels_of(histogram, (rows * width + columns)[inside], light[inside], min_area_px)
+    if listed is None:
+        return None
+    groups, numbers = listed
+    reason = f"{len(numbers)} peaks {2 * sigma_px * shrink:.3g} pixels wide stand out of the noise."
+    return threshold_at("hats_local", histogram, groups.pixels.floor, reason, groups)
+
+
+def pixels_of(
+    histogram: Histogram, index: np.ndarray, light: np.ndarray, min_area_px: int
+) -> tuple[PixelGroups, np.ndarray] | None:
+    """Groups of pixels (n,) by the light (n,) of each, the clearest first, and which these are; None of none."""
     # A pixel that two lights reach belongs to the clearer, which comes first.
-    index, first = np.unique((rows * width + columns)[inside], return_index=True)
-    light = light[inside][first]
+    index, first = np.unique(index, return_index=True)
+    light = light[first]
     kept = np.bincount(light)[light] >= min_area_px
     if histogram.counted is not None:
         kept &= histogram.counted.ravel()[index] > 0
     if not kept.any():
         return None
     numbers, group_of = np.unique(light[kept], return_inverse=True)
-    pixels = pixels_at(histogram.levels, index[kept])
-    reason = f"{len(numbers)} peaks {2 * sigma_px * shrink:.3g} pixels wide stand out of the noise."
-    return threshold_at("hats_local", histogram, pixels.floor, reason, PixelGroups(pixels, group_of, len(numbers)))
+    return PixelGroups(pixels_at(histogram.levels, index[kept]), group_of, len(numbers)), numbers
 
 
 def _around(response: np.ndarray, row: int, column: int, reach: int) -> np.ndarray:

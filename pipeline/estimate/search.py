@@ -106,6 +106,12 @@ class _Found:
         complete = count >= max(least, _MOST_OF * (ring.lights or count))
         return complete and rms_px <= max(_EXACT_PX, of_axis * ellipse.semi_axes_px[0])
 
+    def stands_out(self, least: float) -> bool:
+        """Whether a ring is less likely by chance; one that must be beyond all has none like it, as strokes have."""
+        if self.status != "ok":
+            return True
+        return self.log_chance < least and (least > _NO_CHANCE or self.stages["ring"].alike == 0)
+
     def has_no_ring_in(self, markers: Markers) -> bool:
         """Whether no ring was found among lights that are these, to what is known of any centre."""
         own = self.stages.get("markers")
@@ -164,8 +170,7 @@ def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock
         of_few = dock.lights is not None or least == math.inf
         found = _search_with(other, picture, camera, dock, settings, of_few=of_few, looks=looks)
         looks.append(found)
-        may_be_it = found.status != "ok" or found.log_chance < least
-        if may_be_it and not best.knows_better(found):  # a builder's errors are no reason for a blurred look
+        if found.stands_out(least) and not best.knows_better(found):  # what a builder did is no reason to blur
             best = max(best, found, key=_Found.rank)
         if best.is_exact(_EXACT_OF_AXIS):
             break

@@ -184,11 +184,13 @@ def _other_looks(
 
     Outlines show lights that run together. Where there is a ring by then, its centres are better known; and along a
     hoop middles show a ring of some number. All clutter has edges, so that what they show must be beyond chance.
+    What shows no light by any size has no discs that run together.
     """
     yield hats_local(histogram, settings.min_area_px), math.inf
     for scale in at_scales(histogram, settings.min_area_px):
         yield scale, _LITTLE_CHANCE
-    if dock.lights is not None and not any(one.status == "ok" and one.log_chance < _LITTLE_CHANCE for one in looks):
+    is_sure = any(one.status == "ok" and one.log_chance < _LITTLE_CHANCE for one in looks)
+    if dock.lights is not None and not is_sure and any(one.status != "no_lights" for one in looks):
         for outlined in by_outlines(histogram, settings.min_area_px):
             yield outlined, _NO_CHANCE
 

@@ -41,8 +41,9 @@ def by_outlines(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
     while _RADII_PX[first] * shrink <= widest_px:
         edges = _edges(levels)
         for radius_px in _RADII_PX[first:]:
-            middles = _middles(levels.shape, edges, radius_px)
-            if radius_px * shrink <= widest_px and len(middles) >= _FEWEST:
+            is_wanted = radius_px * shrink <= widest_px and len(edges) > _FEWEST * _LEAST_SHARE * math.tau * radius_px
+            middles = _middles(levels.shape, edges, radius_px) if is_wanted else ()
+            if len(middles) >= _FEWEST:
                 found = _groups(histogram, (middles + 0.5) * shrink - 0.5, radius_px * shrink, min_area_px)
                 if found is not None:
                     yield found
@@ -90,8 +91,12 @@ def _between(values: np.ndarray, x: float, y: float) -> float:
 
 def _middles(shape: tuple[int, int], edges: np.ndarray, radius_px: float) -> np.ndarray:
     """Middles (N, 2) of discs of which enough of the outline is seen, the clearest first."""
-    votes, spread_px = np.zeros(shape, np.float32), max(_BLUR_PX, _SPREAD * radius_px)
-    _vote(votes, edges, radius_px * _VOTES)
+    spread_px, margin = max(_BLUR_PX, _SPREAD * radius_px), math.ceil(_VOTES[-1] * radius_px) + 1
+    # All middles are in that part of the picture in which there are edges.
+    left, top = np.maximum(edges[:, :2].min(axis=0).astype(int) - margin, 0)
+    right, bottom = np.minimum(edges[:, :2].max(axis=0).astype(int) + margin + 1, shape[::-1])
+    votes = np.zeros((bottom - top, right - left), np.float32)
+    _vote(votes, edges - np.array([left, top, 0, 0], np.float32), radius_px * _VOTES)
     # A whole outline's votes, spread by the blur and by their own distances, make this height.
     off_px = radius_px * (_VOTES - 1)
     whole = radius_px / spread_px**2 * float(np.exp(-(off_px**2) / 2 / spread_px**2).mean())
@@ -99,10 +104,11 @@ def _middles(shape: tuple[int, int], edges: np.ndarray, radius_px: float) -> np.
     reach = math.ceil(_APART * radius_px)
     near = np.argwhere(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))) - reach
     clear = np.flatnonzero(share > _LEAST_SHARE)
-    rows, columns = np.divmod(clear[are_highest(share, clear, near)], shape[1])
+    rows, columns = np.divmod(clear[are_highest(share, clear, near)], votes.shape[1])
     order = np.argsort(-share[rows, columns], kind="stable")[:_MOST_LIGHTS]
     rows, columns = rows[order], columns[order]
-    return np.column_stack([columns + _top(share, rows, columns, 0, 1), rows + _top(share, rows, columns, 1, 0)])
+    tops = np.column_stack([columns + _top(share, rows, columns, 0, 1), rows + _top(share, rows, columns, 1, 0)])
+    return tops + [left, top]
 
 
 def _top(values: np.ndarray, rows: np.ndarray, columns: np.ndarray, down: int, right: int) -> np.ndarray:

@@ -23,7 +23,7 @@ from dockpose.lights.region import markers_in_whole, ring_in, threshold_in_whole
 from dockpose.lights.ring import Ring
 from dockpose.pixels.bright import SATURATED
 from dockpose.pose.choice import Choice
-from dockpose.pose.detection import detection_of, few_in_words, found_in_words, judged, spaced_alone
+from dockpose.pose.detection import detection_of, few_in_words, found_in_words, goes_on_between, judged, spaced_alone
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, hats_local, histogram_of
 from dockpose.thresholds.outlines import by_outlines
@@ -106,12 +106,6 @@ class _Found:
         complete = count >= max(least, _MOST_OF * (ring.lights or count))
         return complete and rms_px <= max(_EXACT_PX, of_axis * ellipse.semi_axes_px[0])
 
-    def stands_out(self, least: float) -> bool:
-        """Whether a ring is less likely by chance; one that must be beyond all has none like it, as strokes have."""
-        if self.status != "ok":
-            return True
-        return self.log_chance < least and (least > _NO_CHANCE or self.stages["ring"].alike == 0)
-
     def has_no_ring_in(self, markers: Markers) -> bool:
         """Whether no ring was found among lights that are these, to what is known of any centre."""
         own = self.stages.get("markers")
@@ -170,7 +164,8 @@ def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock
         of_few = dock.lights is not None or least == math.inf
         found = _search_with(other, picture, camera, dock, settings, of_few=of_few, looks=looks)
         looks.append(found)
-        if found.stands_out(least) and not best.knows_better(found):  # what a builder did is no reason to blur
+        may_be_it = found.status != "ok" or found.log_chance < least
+        if may_be_it and not best.knows_better(found):  # a builder's errors are no reason for a blurred look
             best = max(best, found, key=_Found.rank)
         if best.is_exact(_EXACT_OF_AXIS):
             break
@@ -295,4 +290,8 @@ def _judged(
     if dock.colours:
         points_px = markers.points_px[ring.on_ring] - picture.part[:2]
         labels = tell_colours(picture.image, points_px, markers.areas_px[ring.on_ring])
-    return judged(ring, markers, camera, dock, float(picture.grey.size), labels)
+    ellipse, choice, log_chance, reason = judged(ring, markers, camera, dock, float(picture.grey.size), labels)
+    pose = choice.candidates[choice.selected]
+    if reason is None and goes_on_between(picture.light[0], picture.part[:2], ring, markers, pose, camera, dock):
+        reason = f"{int(ring.on_ring.sum())} peaks lie on a ring, but between them it is as bright: a hoop, not lights."
+    return ellipse, choice, log_chance, reason

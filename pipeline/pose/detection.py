@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
@@ -28,6 +29,15 @@ from dockpose.pose.solve import find_poses
 # Lights that a hand has put on a rim are off their places by 2 % of the radius along each axis; half as much again is
 # left for its tail. What is farther off than this and than two pixels is not known to be the dock.
 BUILT_WITHIN, _TAIL, _MOST_PX = 0.02, 1.5, 2.0
+# A hoop's light goes on between what seem to be lights of it; noise hides a twentieth of it.
+_GOES_ON = 0.95
+# Light is summed across the ring this share of a spacing either way, of the radius at the most, since lights may run
+# together; and along it over a quarter, at five places.
+_ACROSS, _ALONG = 0.75, np.linspace(-0.125, 0.125, 5)
+_OWN = np.mgrid[-4:5, -4:5].reshape(2, -1).T / 4  # places around a light's middle, in its radii
+_OWN_LEAST_PX = 2.0  # of these: a thinner stroke is brighter where it meets the middle of a pixel
+_OWN = _OWN[np.hypot(*_OWN.T) <= 1]
+_NEIGHBOURS = 1.5  # times the median spacing, within which no light is missing between two
 
 
 def judged(
@@ -92,6 +102,59 @@ def why_no_dock(
         among = f"among {others} other{'' if others == 1 else 's'} " if others else ""
         return f"{count} groups {among}lie on a ring, but so inexactly, {rms_px:.1f} px, that it may be chance."
     return None
+
+
+def goes_on_between(
+    light: np.ndarray,
+    corner_px: Sequence[int],
+    ring: Ring,
+    markers: Markers,
+    pose: CirclePose,
+    camera: Camera,
+    dock: Dock,
+) -> bool:
+    """Return whether light (H, W), of a part from a corner on, is as much between a ring's lights as at them.
+
+    So it is along a hoop, or a stroke of a letter, where noise makes peaks that are as far apart as the blur lets them.
+    Lights that run together are less wide between, and others less bright.
+    """
+    x_m, y_m = _on_plane(markers, pose, camera, dock)[ring.on_ring].T
+    at_rad = np.sort(np.arctan2(y_m, x_m))
+    gaps_rad = np.diff(at_rad, append=at_rad[0] + math.tau)
+    near = gaps_rad < _NEIGHBOURS * np.median(gaps_rad)
+    at_rad, gaps_rad = at_rad[near], gaps_rad[near]
+    ring_m = pose.position_m + dock.lamp_depth_m * pose.rotation[:, 2]
+
+    def in_part_px(at_rad: np.ndarray, radii: np.ndarray) -> np.ndarray:
+        flat_m = dock.radius * np.stack([radii * np.cos(at_rad), radii * np.sin(at_rad)], axis=-1)
+        places_m = ring_m + flat_m @ pose.rotation[:, :2].T
+        return camera.project(places_m.reshape(-1, 3)).reshape(flat_m.shape) - corner_px
+
+    # Of each pair of neighbours the first, the middle and the second, and places along the ring at each.
+    at_rad = at_rad[:, None] + gaps_rad[:, None] * [0.0, 0.5, 1.0]
+    along_rad = at_rad[..., None] + gaps_rad[:, None, None] * _ALONG
+    off = np.minimum(_ACROSS * gaps_rad, _ACROSS)[:, None, None]
+    inner_px, outer_px = (in_part_px(along_rad, 1 + side * off)[..., None, :] for side in (-1, 1))
+    steps = round(float(np.nanmedian(np.linalg.norm(outer_px - inner_px, axis=-1)))) + 9
+    share = np.linspace(0.0, 1.0, steps)[:, None]
+    across = _light_at(light, inner_px * (1 - share) + outer_px * share).mean(axis=2)
+    background = np.minimum(across[..., 0].mean(axis=1), across[..., -1].mean(axis=1))[:, None]
+    own_px = _OWN * max(_OWN_LEAST_PX, math.sqrt(float(np.median(markers.areas_px[ring.on_ring])) / math.pi))
+    around_px = in_part_px(at_rad, np.ones(3))[..., None, :] + own_px
+    return all(
+        np.median(between / np.maximum((first + second) / 2, 1e-9)) > _GOES_ON
+        for first, between, second in (
+            (across.mean(axis=2) - background).T,
+            (_light_at(light, around_px).mean(axis=2) - background).T,
+        )
+    )
+
+
+def _light_at(light: np.ndarray, places_px: np.ndarray) -> np.ndarray:
+    """Light (...) of a picture at places (..., K, 2) between its pixels, and beyond its edge that of the edge."""
+    x, y = np.nan_to_num(places_px, nan=-1.0).astype(np.float32).reshape(-1, *places_px.shape[-2:]).transpose(2, 0, 1)
+    seen = cv2.remap(light, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return seen.reshape(places_px.shape[:-1]).astype(float)
 
 
 def spaced_alone(ring: Ring, markers: Markers, choice: Choice, camera: Camera, dock: Dock) -> Ring | None:

@@ -1,4 +1,4 @@
-"""Pictures without a dock, drawn by a program of its own: lamps, grids, letters, bubbles and snow, torches."""
+"""Pictures without a dock, drawn by a program of its own: lamps, grids, letters, bubbles and snow, torches, hoops."""
 
 from collections.abc import Callable
 
@@ -113,10 +113,27 @@ def _torches(light: np.ndarray, rng: np.random.Generator) -> None:
         _lamp(light, rng.uniform(0, width), rng.uniform(0, height), rng.uniform(0.8, 3.0), rng.uniform(30, 250), 0.1)
 
 
+def _hoops(light: np.ndarray, rng: np.random.Generator) -> None:
+    """One to four bright hoops, as the mouths of pipes and the letter O: ellipses of any size and stroke."""
+    height, width = light.shape
+    rows, columns = np.mgrid[0:height, 0:width].astype(np.float32)
+    for _ in range(rng.integers(1, 5)):
+        major = float(np.exp(rng.uniform(np.log(5), np.log(0.3 * height))))
+        minor, turn = major * rng.uniform(0.4, 1.0), rng.uniform(0, np.pi)
+        x, y = columns - rng.uniform(0.2, 0.8) * width, rows - rng.uniform(0.2, 0.8) * height
+        along, across = np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x
+        share = np.hypot(along / major, across / minor)
+        slope = np.hypot(along / major**2, across / minor**2) / np.maximum(share, 1e-6)
+        off = np.abs(share - 1) / np.maximum(slope, 1e-6)
+        stroke = rng.uniform(0.5, 1.5 + 0.1 * major)
+        light += rng.uniform(60, 400) / (1 + np.exp(np.clip(2 * (off - stroke / 2), -30, 30)))
+
+
 KINDS: dict[str, Callable[[np.ndarray, np.random.Generator], None]] = {
     "lamps": _lamps,
     "grid": _grid,
     "text": _text,
     "snow": _snow,
     "torches": _torches,
+    "hoops": _hoops,
 }

@@ -85,3 +85,32 @@ def test_white_lamps_anywhere_before_a_colour_are_no_ring(lights):
     camera = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
     strewn = np.random.default_rng(4).uniform([40, 40], [600, 440], (8, 2))
     assert estimate(on_yellow(strewn), camera, Dock(0.30, lights)).status != "ok"
+
+
+def shining(off_px: np.ndarray, half_px: float) -> np.ndarray:
+    """A picture of what is white up to some distance (480, 640) from a line or middles, blurred, in noise."""
+    light = 15 + 300 / (1 + np.exp(np.clip(2 * (off_px - half_px), -30, 30)))
+    return (light + np.random.default_rng(6).normal(0, 2, off_px.shape)).clip(0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("half_px", [0.5, 2, 6])
+@pytest.mark.parametrize("lights", [6, 8, 12, None])
+def test_a_hoop_is_no_ring_of_lights(lights, half_px):
+    camera = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
+    y, x = np.mgrid[0:480, 0:640]
+    found = estimate(shining(np.abs(np.hypot(x - 300, (y - 250) / 0.8) - 50), half_px), camera, Dock(0.30, lights))
+    assert found.status != "ok", found.message
+
+
+@pytest.mark.parametrize("of_spacing", [0.8, 1.1, 1.4])
+@pytest.mark.parametrize("lights", [6, 8, 12])
+def test_lights_that_run_together_are_a_ring_all_the_same(lights, of_spacing):
+    camera = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
+    y, x = np.mgrid[0:480, 0:640]
+    turns = 2 * np.pi * np.arange(lights) / lights
+    off_px = np.min([np.hypot(x - 300 - 100 * np.cos(t), y - 250 - 100 * np.sin(t)) for t in turns], axis=0)
+    found = estimate(shining(off_px, of_spacing * 100 * np.sin(np.pi / lights)), camera, Dock(0.30, lights))
+    assert found.status == "ok", found.message
+    assert found.selected is not None
+    # A ring of 0.15 m that is seen with a radius of 100 px, square on.
+    assert np.linalg.norm(found.selected.position_m) == pytest.approx(0.15 * 700 / 100, rel=0.02)

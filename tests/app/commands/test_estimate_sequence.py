@@ -152,6 +152,9 @@ def test_what_cannot_be_read_is_one_sentence(here, refusal, arguments, status, m
     assert message in refusal("estimate", *arguments, "--json", "-", status=status)
 
 
+_obey = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # which a job in the background ignores
+
+
 @pytest.mark.slow
 def test_a_stopped_run_keeps_all_it_did_and_a_cut_stream_comes_back(here, tmp_path):
     capture = cv2.VideoCapture("film.avi")
@@ -159,8 +162,7 @@ def test_a_stopped_run_keeps_all_it_did_and_a_cut_stream_comes_back(here, tmp_pa
     server = MjpegServer(pictures, rate_hz=25)
     command = [sys.executable, "-m", "dockpose.app.cli", "estimate", server.address, "--camera", "camera.yaml", *KNOWN]
     outputs = ["--json", str(tmp_path / "o.jsonl"), "--csv", str(tmp_path / "o.csv")]
-    obey = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # which a job in the background ignores
-    process = subprocess.Popen([*command, *outputs], stderr=subprocess.PIPE, text=True, preexec_fn=obey)
+    process = subprocess.Popen([*command, *outputs], stderr=subprocess.PIPE, text=True, preexec_fn=_obey)
     try:
         wait_for_lines(tmp_path / "o.jsonl", 10, process)
         server.close()
@@ -370,10 +372,14 @@ def test_a_vehicles_stream_goes_to_its_autopilot_and_into_a_recording(here, tmp_
         outputs = ["--json", str(tmp_path / "live.jsonl"), "--record", str(tmp_path / "kept.mkv")]
         words = ["estimate", f"rtp://127.0.0.1:{port}", "--camera", "camera.yaml", *KNOWN, *outputs]
         command = [sys.executable, "-m", "dockpose", *words, "--mavlink", received.address]
-        process = subprocess.Popen(command, cwd=here, stderr=subprocess.PIPE, text=True)
-        messages = [received.next("VISION_POSITION_ESTIMATE") for _ in range(20)]
-        process.send_signal(signal.SIGINT)
-        told = process.communicate(timeout=60)[1]
+        process = subprocess.Popen(command, cwd=here, stderr=subprocess.PIPE, text=True, preexec_fn=_obey)
+        try:
+            messages = [received.next("VISION_POSITION_ESTIMATE") for _ in range(20)]
+            process.send_signal(signal.SIGINT)
+            told = process.communicate(timeout=60)[1]
+        finally:
+            process.kill()
+            process.wait()
     assert process.returncode == 130
     assert "320 x 240 h264 from 127.0.0.1" in told
     assert f"{received.address}: " in told

@@ -42,7 +42,7 @@ def by_outlines(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
         edges = _edges(levels)
         for radius_px in _RADII_PX[first:]:
             is_wanted = radius_px * shrink <= widest_px and len(edges) > _FEWEST * _LEAST_SHARE * math.tau * radius_px
-            middles = _middles(levels.shape, edges, radius_px) if is_wanted else ()
+            middles = _middles(levels.shape, edges, radius_px) if is_wanted else np.empty((0, 2))
             if len(middles) >= _FEWEST:
                 found = _groups(histogram, (middles + 0.5) * shrink - 0.5, radius_px * shrink, min_area_px)
                 if found is not None:

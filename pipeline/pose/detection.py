@@ -1,6 +1,7 @@
 """Whether what was found is a dock at all: where its lights lie on the refined pose, against what chance would make."""
 
 import math
+import statistics
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -120,8 +121,8 @@ def goes_on_between(
     """
     x_m, y_m = _on_plane(markers, pose, camera, dock)[ring.on_ring].T
     at_rad = np.sort(np.arctan2(y_m, x_m))
-    gaps_rad = np.diff(at_rad, append=at_rad[0] + math.tau)
-    near = gaps_rad < _NEIGHBOURS * np.median(gaps_rad)
+    gaps_rad = np.append(at_rad[1:], at_rad[0] + math.tau) - at_rad
+    near = gaps_rad < _NEIGHBOURS * statistics.median(gaps_rad.tolist())
     at_rad, gaps_rad = at_rad[near], gaps_rad[near]
     ring_m = pose.position_m + dock.lamp_depth_m * pose.rotation[:, 2]
 
@@ -130,8 +131,13 @@ def goes_on_between(
         places_m = ring_m + flat_m @ pose.rotation[:, :2].T
         return camera.project(places_m.reshape(-1, 3)).reshape(flat_m.shape) - corner_px
 
-    # Of each pair of neighbours the first, the middle and the second, and places along the ring at each.
+    # Of each pair of neighbours the first, the middle and the second.
     at_rad = at_rad[:, None] + gaps_rad[:, None] * [0.0, 0.5, 1.0]
+    area_px2 = statistics.median(markers.areas_px[ring.on_ring].tolist())
+    own_px = _OWN * max(_OWN_LEAST_PX, math.sqrt(area_px2 / math.pi))
+    own = _light_at(light, in_part_px(at_rad, np.ones(3))[..., None, :] + own_px).mean(axis=2)
+    if not _as_bright_between(own):  # nor are they above a background, which takes time to tell
+        return False
     along_rad = at_rad[..., None] + gaps_rad[:, None, None] * _ALONG
     off = np.minimum(_ACROSS * gaps_rad, _ACROSS)[:, None, None]
     inner_px, outer_px = (in_part_px(along_rad, 1 + side * off)[..., None, :] for side in (-1, 1))
@@ -139,20 +145,18 @@ def goes_on_between(
     share = np.linspace(0.0, 1.0, steps)[:, None]
     across = _light_at(light, inner_px * (1 - share) + outer_px * share).mean(axis=2)
     background = np.minimum(across[..., 0].mean(axis=1), across[..., -1].mean(axis=1))[:, None]
-    own_px = _OWN * max(_OWN_LEAST_PX, math.sqrt(float(np.median(markers.areas_px[ring.on_ring])) / math.pi))
-    around_px = in_part_px(at_rad, np.ones(3))[..., None, :] + own_px
-    return all(
-        np.median(between / np.maximum((first + second) / 2, 1e-9)) > _GOES_ON
-        for first, between, second in (
-            (across.mean(axis=2) - background).T,
-            (_light_at(light, around_px).mean(axis=2) - background).T,
-        )
-    )
+    return _as_bright_between(across.mean(axis=2) - background) and _as_bright_between(own - background)
+
+
+def _as_bright_between(lights: np.ndarray) -> bool:
+    """Whether the middles of most pairs, of light (G, 3) at the first, the middle and the second, are as bright."""
+    first, between, second = lights.T
+    return statistics.median((2 * between / np.maximum(first + second, 1e-9)).tolist()) > _GOES_ON
 
 
 def _light_at(light: np.ndarray, places_px: np.ndarray) -> np.ndarray:
     """Light (...) of a picture at places (..., K, 2) between its pixels, and beyond its edge that of the edge."""
-    x, y = np.nan_to_num(places_px, nan=-1.0).astype(np.float32).reshape(-1, *places_px.shape[-2:]).transpose(2, 0, 1)
+    x, y = np.fmax(places_px, -1.0).astype(np.float32).reshape(-1, *places_px.shape[-2:]).transpose(2, 0, 1)
     seen = cv2.remap(light, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return seen.reshape(places_px.shape[:-1]).astype(float)
 

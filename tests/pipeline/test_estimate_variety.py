@@ -93,8 +93,8 @@ def shining(off_px: np.ndarray, half_px: float) -> np.ndarray:
     return (light + np.random.default_rng(6).normal(0, 2, off_px.shape)).clip(0, 255).astype(np.uint8)
 
 
-@pytest.mark.parametrize("half_px", [0.5, 2, 6])
-@pytest.mark.parametrize("lights", [6, 8, 12, None])
+@pytest.mark.parametrize("half_px", [0.5, 2])
+@pytest.mark.parametrize("lights", [8, None])
 def test_a_hoop_is_no_ring_of_lights(lights, half_px):
     camera = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
     y, x = np.mgrid[0:480, 0:640]
@@ -102,8 +102,8 @@ def test_a_hoop_is_no_ring_of_lights(lights, half_px):
     assert found.status != "ok", found.message
 
 
-@pytest.mark.parametrize("of_spacing", [0.8, 1.1, 1.4])
-@pytest.mark.parametrize("lights", [6, 8, 12])
+@pytest.mark.parametrize("of_spacing", [0.8, 1.4])
+@pytest.mark.parametrize("lights", [6, 12])
 def test_lights_that_run_together_are_a_ring_all_the_same(lights, of_spacing):
     camera = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
     y, x = np.mgrid[0:480, 0:640]

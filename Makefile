@@ -47,11 +47,11 @@ COMPILED_BY_OLDEST := NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/compiled
 test-oldest: $(OLDEST)/.test
 	$(OLDEST)/bin/python --version
 	$(COMPILED_BY_OLDEST) $(OLDEST)/bin/python -m pytest --numprocesses 2 --dist loadfile \
-		--no-loadscope-reorder -p no:cacheprovider \
+		--no-loadscope-reorder -p no:cacheprovider -m "not slow" \
 		tests/pipeline tests/app/state tests/app/drawing tests/app/export tests/app/commands \
 		--ignore tests/pipeline/paper --ignore tests/app/commands/test_serve.py
 
-# The tests but those of the browser under each other Python that pyproject.toml names and that is found here.
+# The quick tests but those of the browser under each other Python that pyproject.toml names and that is found here.
 test-pythons: $(VENV)/.installed
 	$(BIN)/python .ci/pythons.py
 

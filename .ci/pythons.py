@@ -1,4 +1,4 @@
-"""Run the fast tests under every Python that pyproject.toml names and that is found, but the one that runs this."""
+"""Run the quick tests under every Python that pyproject.toml names and that is found, but the one that runs this."""
 
 import os
 import shutil
@@ -8,8 +8,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
-# Reports, examples and documents are the same under each, and take most of the time.
-TESTS = ("tests/pipeline", "tests/app", "--ignore", "tests/pipeline/paper")
+# Reports, examples, documents and slow tests are the same under each, and take most of the time.
+TESTS = ("-m", "not slow", "tests/pipeline", "tests/app", "--ignore", "tests/pipeline/paper")
 PYCALIB = "pycalib-simple==2026.7.22.1"  # as in the Makefile
 
 

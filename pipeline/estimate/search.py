@@ -23,7 +23,7 @@ from dockpose.lights.region import markers_in_whole, ring_in, threshold_in_whole
 from dockpose.lights.ring import Ring
 from dockpose.pixels.bright import SATURATED
 from dockpose.pose.choice import Choice
-from dockpose.pose.detection import detection_of, few_in_words, found_in_words, goes_on_between, judged, spaced_alone
+from dockpose.pose.detection import detection_of, few_in_words, found_in_words, judged, spaced_alone, why_no_lights
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, hats_local, histogram_of
 from dockpose.thresholds.outlines import by_outlines
@@ -292,6 +292,6 @@ def _judged(
         labels = tell_colours(picture.image, points_px, markers.areas_px[ring.on_ring])
     ellipse, choice, log_chance, reason = judged(ring, markers, camera, dock, float(picture.grey.size), labels)
     pose = choice.candidates[choice.selected]
-    if reason is None and goes_on_between(picture.light[0], picture.part[:2], ring, markers, pose, camera, dock):
-        reason = f"{int(ring.on_ring.sum())} peaks lie on a ring, but between them it is as bright: a hoop, not lights."
+    if reason is None:
+        reason = why_no_lights(picture.light[0], picture.part[:2], ring, markers, pose, camera, dock)
     return ellipse, choice, log_chance, reason

@@ -2,7 +2,7 @@
 
 import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import cv2
@@ -30,8 +30,9 @@ from dockpose.pose.solve import find_poses
 # Lights that a hand has put on a rim are off their places by 2 % of the radius along each axis; half as much again is
 # left for its tail. What is farther off than this and than two pixels is not known to be the dock.
 BUILT_WITHIN, _TAIL, _MOST_PX = 0.02, 1.5, 2.0
-# A hoop's light goes on between what seem to be lights of it; noise hides a twentieth of it.
+# A line's light goes on beside what seem to be lights of it; noise hides a twentieth of it.
 _GOES_ON = 0.95
+_DARK = 0.5  # of a light, beside the end of a line: where its edge is
 # Light is summed across the ring this share of a spacing either way, of the radius at the most, since lights may run
 # together; and along it over a quarter, at five places.
 _ACROSS, _ALONG = 0.75, np.linspace(-0.125, 0.125, 5)
@@ -105,7 +106,7 @@ def why_no_dock(
     return None
 
 
-def goes_on_between(
+def why_no_lights(
     light: np.ndarray,
     corner_px: Sequence[int],
     ring: Ring,
@@ -113,17 +114,16 @@ def goes_on_between(
     pose: CirclePose,
     camera: Camera,
     dock: Dock,
-) -> bool:
-    """Return whether light (H, W), of a part from a corner on, is as much between a ring's lights as at them.
+) -> str | None:
+    """Return why a ring's lights, in light (H, W) of a part from a corner on, are parts of lines; None if they are not.
 
-    So it is along a hoop, or a stroke of a letter, where noise makes peaks that are as far apart as the blur lets them.
-    Lights that run together are less wide between, and others less bright.
+    So are peaks of noise along a hoop or a stroke of a letter, as far apart as the blur lets them, and ends of spokes.
     """
     x_m, y_m = _on_plane(markers, pose, camera, dock)[ring.on_ring].T
-    at_rad = np.sort(np.arctan2(y_m, x_m))
+    at_rad = np.arctan2(y_m, x_m)
+    order = np.argsort(at_rad)
+    at_rad = at_rad[order]
     gaps_rad = np.append(at_rad[1:], at_rad[0] + math.tau) - at_rad
-    near = gaps_rad < _NEIGHBOURS * statistics.median(gaps_rad.tolist())
-    at_rad, gaps_rad = at_rad[near], gaps_rad[near]
     ring_m = pose.position_m + dock.lamp_depth_m * pose.rotation[:, 2]
 
     def in_part_px(at_rad: np.ndarray, radii: np.ndarray) -> np.ndarray:
@@ -131,11 +131,33 @@ def goes_on_between(
         places_m = ring_m + flat_m @ pose.rotation[:, :2].T
         return camera.project(places_m.reshape(-1, 3)).reshape(flat_m.shape) - corner_px
 
+    area_px2 = statistics.median(markers.areas_px[ring.on_ring].tolist())
+    own_px = max(_OWN_LEAST_PX, math.sqrt(area_px2 / math.pi))
+    near = gaps_rad < _NEIGHBOURS * statistics.median(gaps_rad.tolist())
+    middles_px = markers.points_px[ring.on_ring][order] - corner_px
+    if _goes_on_between(light, at_rad[near], gaps_rad[near], own_px, in_part_px):
+        what = "between them it is as bright: a hoop, not lights"
+    elif _goes_on_beside(light, middles_px, at_rad, gaps_rad, own_px, in_part_px):
+        what = "each goes on to one side of it: the ends of lines, not lights"
+    else:
+        return None
+    return f"{len(at_rad)} peaks lie on a ring, but {what}."
+
+
+def _goes_on_between(
+    light: np.ndarray,
+    at_rad: np.ndarray,
+    gaps_rad: np.ndarray,
+    own_px: float,
+    in_part_px: Callable[[np.ndarray, np.ndarray], np.ndarray],
+) -> bool:
+    """Whether there is as much light (H, W) in the gaps (G,) from lights at angles (G,) on to the next as at these.
+
+    Lights that run together are less wide between, and others less bright.
+    """
     # Of each pair of neighbours the first, the middle and the second.
     at_rad = at_rad[:, None] + gaps_rad[:, None] * [0.0, 0.5, 1.0]
-    area_px2 = statistics.median(markers.areas_px[ring.on_ring].tolist())
-    own_px = _OWN * max(_OWN_LEAST_PX, math.sqrt(area_px2 / math.pi))
-    own = _light_at(light, in_part_px(at_rad, np.ones(3))[..., None, :] + own_px).mean(axis=2)
+    own = _light_at(light, in_part_px(at_rad, np.ones(3))[..., None, :] + own_px * _OWN).mean(axis=2)
     if not _as_bright_between(own):  # nor are they above a background, which takes time to tell
         return False
     along_rad = at_rad[..., None] + gaps_rad[:, None, None] * _ALONG
@@ -146,6 +168,29 @@ def goes_on_between(
     across = _light_at(light, inner_px * (1 - share) + outer_px * share).mean(axis=2)
     background = np.minimum(across[..., 0].mean(axis=1), across[..., -1].mean(axis=1))[:, None]
     return _as_bright_between(across.mean(axis=2) - background) and _as_bright_between(own - background)
+
+
+def _goes_on_beside(
+    light: np.ndarray,
+    middles_px: np.ndarray,
+    at_rad: np.ndarray,
+    gaps_rad: np.ndarray,
+    own_px: float,
+    in_part_px: Callable[[np.ndarray, np.ndarray], np.ndarray],
+) -> bool:
+    """Whether lights at places (N, 2) are ends of lines: as bright on one side, in or out of the ring, dark on the other.
+
+    Beside a lamp or a strip it is dark on both sides, or bright on both where only its middle was taken for the light.
+    """
+    off = np.minimum(_ACROSS * gaps_rad, _ACROSS)
+    ends_px = np.stack([in_part_px(at_rad, 1 - off), in_part_px(at_rad, 1 + off)])
+    across_px = ends_px[1] - ends_px[0]
+    step_px = 2 * own_px * across_px / np.linalg.norm(across_px, axis=1, keepdims=True)
+    discs_px = np.stack([middles_px - step_px, middles_px, middles_px + step_px])[:, :, None] + own_px * _OWN
+    background = _light_at(light, ends_px[:, :, None] + own_px * _OWN).mean(axis=2).min(axis=0)
+    inwards, own, outwards = _light_at(light, discs_px).mean(axis=2) - background
+    shares = [float(np.median(beside / np.maximum(own, 1e-9))) for beside in (inwards, outwards)]
+    return max(shares) > _GOES_ON and min(shares) < _DARK
 
 
 def _as_bright_between(lights: np.ndarray) -> bool:

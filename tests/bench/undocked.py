@@ -1,4 +1,4 @@
-"""Pictures without a dock, drawn by a program of its own: lamps, grids, letters, bubbles and snow, torches, hoops."""
+"""Pictures without a dock, drawn by a program of its own: lamps, grids, letters, snow, torches, hoops, spokes."""
 
 from collections.abc import Callable
 
@@ -129,6 +129,22 @@ def _hoops(light: np.ndarray, rng: np.random.Generator) -> None:
         light += rng.uniform(60, 400) / (1 + np.exp(np.clip(2 * (off - stroke / 2), -30, 30)))
 
 
+def _spokes(light: np.ndarray, rng: np.random.Generator) -> None:
+    """Five to twelve lines from a middle, as a wheel or a propeller has: of any length, stroke and brightness."""
+    height, width = light.shape
+    rows, columns = np.mgrid[0:height, 0:width].astype(np.float32)
+    count, reach = rng.integers(5, 13), float(np.exp(rng.uniform(np.log(15), np.log(0.4 * height))))
+    x, y = columns - rng.uniform(0.3, 0.7) * width, rows - rng.uniform(0.3, 0.7) * height
+    squeeze, turn = rng.uniform(0.5, 1.0), rng.uniform(0, 2 * np.pi)
+    off = np.full(light.shape, np.inf, np.float32)
+    for angle in turn + 2 * np.pi * np.arange(count) / count:
+        end = reach * np.array([np.cos(angle), squeeze * np.sin(angle)])
+        share = ((x * end[0] + y * end[1]) / (end @ end)).clip(0, 1)
+        off = np.minimum(off, np.hypot(x - share * end[0], y - share * end[1]))
+    stroke = rng.uniform(1, 1.5 + 0.06 * reach)
+    light += rng.uniform(60, 400) / (1 + np.exp(np.clip(2 * (off - stroke / 2), -30, 30)))
+
+
 KINDS: dict[str, Callable[[np.ndarray, np.random.Generator], None]] = {
     "lamps": _lamps,
     "grid": _grid,
@@ -136,4 +152,5 @@ KINDS: dict[str, Callable[[np.ndarray, np.random.Generator], None]] = {
     "snow": _snow,
     "torches": _torches,
     "hoops": _hoops,
+    "spokes": _spokes,
 }

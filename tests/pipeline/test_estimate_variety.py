@@ -102,6 +102,36 @@ def test_a_hoop_is_no_ring_of_lights(lights, half_px):
     assert found.status != "ok", found.message
 
 
+def lines_px(lights: int, begin_px: float, end_px: float) -> np.ndarray:
+    """Distances (480, 640) in pixels from lines that point away from a middle."""
+    y, x = np.mgrid[0:480, 0:640]
+    along_off = []
+    for turn in 2 * np.pi * np.arange(lights) / lights:
+        along = np.cos(turn) * (x - 300) + np.sin(turn) * (y - 250)
+        across = np.cos(turn) * (y - 250) - np.sin(turn) * (x - 300)
+        along_off.append(np.hypot(along - along.clip(begin_px, end_px), across))
+    return np.min(along_off, axis=0)
+
+
+@pytest.mark.parametrize("half_px", [1, 3, 6])
+@pytest.mark.parametrize(("lights", "begin_px", "end_px"), [(8, 0, 100), (10, 0, 150), (9, 0, 60)])
+def test_ends_of_spokes_are_no_lights(lights, begin_px, end_px, half_px):
+    camera = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
+    found = estimate(shining(lines_px(lights, begin_px, end_px), half_px), camera, Dock(0.30, lights))
+    assert found.status != "ok", found.message
+
+
+@pytest.mark.parametrize(("begin_px", "end_px"), [(95, 105), (80, 120), (50, 150)])
+@pytest.mark.parametrize("lights", [8, None])
+def test_strips_that_point_to_the_middle_are_lights(lights, begin_px, end_px):
+    camera = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
+    found = estimate(shining(lines_px(8, begin_px, end_px), 3), camera, Dock(0.30, lights))
+    assert found.status == "ok", found.message
+    assert found.selected is not None
+    # The middles are 100 px from the ring's, square on: a strip's place is its middle.
+    assert np.linalg.norm(found.selected.position_m) == pytest.approx(0.15 * 700 / 100, rel=0.02)
+
+
 @pytest.mark.parametrize("of_spacing", [0.8, 1.4])
 @pytest.mark.parametrize("lights", [6, 12])
 def test_lights_that_run_together_are_a_ring_all_the_same(lights, of_spacing):

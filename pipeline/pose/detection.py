@@ -178,19 +178,27 @@ def _goes_on_beside(
     own_px: float,
     in_part_px: Callable[[np.ndarray, np.ndarray], np.ndarray],
 ) -> bool:
-    """Whether lights at places (N, 2) are ends of lines: as bright on one side, in or out of the ring, dark on the other.
+    """Whether lights at places (N, 2) are ends of lines: as bright on one side, in or out of the ring, else dark.
 
     Beside a lamp or a strip it is dark on both sides, or bright on both where only its middle was taken for the light.
     """
     off = np.minimum(_ACROSS * gaps_rad, _ACROSS)
-    ends_px = np.stack([in_part_px(at_rad, 1 - off), in_part_px(at_rad, 1 + off)])
-    across_px = ends_px[1] - ends_px[0]
+    ends_px = in_part_px(at_rad[:, None], 1 + off[:, None] * [-1.0, 1.0])
+    across_px = ends_px[:, 1] - ends_px[:, 0]
     step_px = 2 * own_px * across_px / np.linalg.norm(across_px, axis=1, keepdims=True)
-    discs_px = np.stack([middles_px - step_px, middles_px, middles_px + step_px])[:, :, None] + own_px * _OWN
-    background = _light_at(light, ends_px[:, :, None] + own_px * _OWN).mean(axis=2).min(axis=0)
-    inwards, own, outwards = _light_at(light, discs_px).mean(axis=2) - background
-    shares = [float(np.median(beside / np.maximum(own, 1e-9))) for beside in (inwards, outwards)]
+    places_px = middles_px[:, None] + step_px[:, None] * [[-1.0], [0.0], [1.0]]
+    lights = _light_at(light, places_px[:, :, None] + own_px * _OWN).mean(axis=2)
+    if max(_beside(lights)) <= _GOES_ON:  # nor is it above a background, which takes time to tell
+        return False
+    background = _light_at(light, ends_px[:, :, None] + own_px * _OWN).mean(axis=2).min(axis=1)
+    shares = _beside(lights - background[:, None])
     return max(shares) > _GOES_ON and min(shares) < _DARK
+
+
+def _beside(lights: np.ndarray) -> tuple[float, float]:
+    """Medians of light (N, 3) before and after lights, over that at them."""
+    before, _, after = lights.T / np.maximum(lights[:, 1], 1e-9)
+    return statistics.median(before.tolist()), statistics.median(after.tolist())
 
 
 def _as_bright_between(lights: np.ndarray) -> bool:

@@ -292,6 +292,8 @@ def _judged(
         labels = tell_colours(picture.image, points_px, markers.areas_px[ring.on_ring])
     ellipse, choice, log_chance, reason = judged(ring, markers, camera, dock, float(picture.grey.size), labels)
     pose = choice.candidates[choice.selected]
-    if reason is None:
+    # Of another diameter the same lights were looked at before.
+    is_known = picture.like is not None and picture.like.status == "ok" and ring is picture.like.ring
+    if reason is None and not is_known:
         reason = why_no_lights(picture.light[0], picture.part[:2], ring, markers, pose, camera, dock)
     return ellipse, choice, log_chance, reason

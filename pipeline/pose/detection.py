@@ -32,7 +32,7 @@ from dockpose.pose.solve import find_poses
 BUILT_WITHIN, _TAIL, _MOST_PX = 0.02, 1.5, 2.0
 # A line's light goes on beside what seem to be lights of it; noise hides a twentieth of it.
 _GOES_ON = 0.95
-_DARK = 0.5  # of a light, beside the end of a line: where its edge is
+_DARK = 0.5  # of a light, beside the end of a line and between lines: where its edge is
 # Light is summed across the ring this share of a spacing either way, of the radius at the most, since lights may run
 # together; and along it over a quarter, at five places.
 _ACROSS, _ALONG = 0.75, np.linspace(-0.125, 0.125, 5)
@@ -181,6 +181,7 @@ def _goes_on_beside(
     """Whether lights at places (N, 2) are ends of lines: as bright on one side, in or out of the ring, else dark.
 
     Beside a lamp or a strip it is dark on both sides, or bright on both where only its middle was taken for the light.
+    Between lines it is dark as well: a plate or a rim that is lit up to the lamps is as bright there.
     """
     off = np.minimum(_ACROSS * gaps_rad, _ACROSS)
     ends_px = in_part_px(at_rad[:, None], 1 + off[:, None] * [-1.0, 1.0])
@@ -191,8 +192,14 @@ def _goes_on_beside(
     if max(_beside(lights)) <= _GOES_ON:  # nor is it above a background, which takes time to tell
         return False
     background = _light_at(light, ends_px[:, :, None] + own_px * _OWN).mean(axis=2).min(axis=1)
-    shares = _beside(lights - background[:, None])
-    return max(shares) > _GOES_ON and min(shares) < _DARK
+    lights -= background[:, None]
+    shares = _beside(lights)
+    if max(shares) <= _GOES_ON or min(shares) >= _DARK:
+        return False
+    step = 2 * off * np.linalg.norm(step_px, axis=1) / np.linalg.norm(across_px, axis=1)
+    next_px = in_part_px(at_rad + gaps_rad / 2, 1 + step * (1 if shares[1] > shares[0] else -1))
+    lights[:, 0] = _light_at(light, next_px[:, None] + own_px * _OWN).mean(axis=1) - background
+    return _beside(lights)[0] < _DARK
 
 
 def _beside(lights: np.ndarray) -> tuple[float, float]:

@@ -132,6 +132,15 @@ def test_strips_that_point_to_the_middle_are_lights(lights, begin_px, end_px):
     assert np.linalg.norm(found.selected.position_m) == pytest.approx(0.15 * 700 / 100, rel=0.02)
 
 
+@pytest.mark.parametrize("lights", [8, 12])
+def test_lamps_at_the_edge_of_a_plate_as_bright_as_they_are_a_ring(lights):
+    camera = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
+    y, x = np.mgrid[0:480, 0:640]
+    plate_px = np.hypot(x - 300, y - 250) - 95
+    found = estimate(shining(np.minimum(lines_px(lights, 100, 100) - 8, plate_px), 0), camera, Dock(0.30, lights))
+    assert found.status == "ok", found.message
+
+
 @pytest.mark.parametrize("of_spacing", [0.8, 1.4])
 @pytest.mark.parametrize("lights", [6, 12])
 def test_lights_that_run_together_are_a_ring_all_the_same(lights, of_spacing):

@@ -32,9 +32,9 @@ _MOST_LIGHTS = 60  # of one radius: the clearest
 
 def by_outlines(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
     """Find the discs of each radius, from small to large; radii with too few for a ring are passed over."""
-    if np.count_nonzero(histogram.counts) < 2:  # one level, as behind a lens cap
-        return
     grey, shrink = grey_of(histogram), 1
+    if grey.min() == grey.max():  # as behind a lens cap
+        return
     while grey.size > MOST_PX:
         grey, shrink = halved(grey), 2 * shrink
     levels, widest_px, first = grey.astype(np.float32), _WIDEST_SHARE * min(histogram.levels.shape), 0

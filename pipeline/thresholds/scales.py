@@ -28,12 +28,12 @@ _REACH = 3.0  # of the blur, within which they lie
 
 def at_scales(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
     """Find the lights of each size, from small to large; scales without any are passed over."""
-    if np.count_nonzero(histogram.counts) < 2:  # one level, as behind a lens cap
-        return
     grey, shrink = grey_of(histogram), 1
+    if grey.min() == grey.max():  # as behind a lens cap
+        return
     while grey.size > MOST_PX:
         grey, shrink = halved(grey), 2 * shrink
-    steps, widest_px = grey.astype(np.int16) * _STEPS, _WIDEST_SHARE * min(histogram.levels.shape)
+    steps, widest_px = np.multiply(grey, _STEPS, dtype=np.int16), _WIDEST_SHARE * min(histogram.levels.shape)
     for number in itertools.count():
         sigma_px = FINEST_PX if number < _FINER_FROM else _FINE_PX
         is_halved = number not in (0, _FINER_FROM)
@@ -42,7 +42,8 @@ def at_scales(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
             return
         steps = halved(steps) if is_halved else steps
         blurred = cv2.GaussianBlur(steps, (0, 0), sigma_px)
-        response = blurred - cv2.GaussianBlur(steps, (0, 0), _SURROUND * sigma_px)
+        response = cv2.GaussianBlur(steps, (0, 0), _SURROUND * sigma_px)
+        np.subtract(blurred, response, out=response)
         places = _peaks(blurred, response, sigma_px, shrink)
         found = _groups(histogram, response, places, sigma_px, shrink, min_area_px) if len(places) else None
         if found is not None:
@@ -54,7 +55,8 @@ def grey_of(histogram: Histogram) -> np.ndarray:
     if histogram.counted is None:
         return histogram.levels
     counted = histogram.counted > 0
-    return np.where(counted, histogram.levels, np.uint8(np.median(histogram.levels[counted])))
+    middle = np.median(histogram.levels[counted]) if counted.any() else 0
+    return np.where(counted, histogram.levels, np.uint8(middle))
 
 
 def halved(levels: np.ndarray) -> np.ndarray:
@@ -116,6 +118,8 @@ def _peaks(blurred: np.ndarray, response: np.ndarray, sigma_px: float, shrink: i
     spread = float(np.median(np.abs(response[::step, ::step]))) / 0.6745
     # What rounding leaves of a blurred difference of blurs, and that of each blur to a step, at least.
     noise = max(spread, _QUANTISED * math.hypot(_STEPS * 0.3 / (sigma_px * shrink), 1))
+    if response.max() <= _CLEAR_NOISE * noise:
+        return np.empty((0, 2), np.intp)
     size = 2 * math.ceil(sigma_px) + 1
     near = np.argwhere(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))) - size // 2
     clear = np.flatnonzero(response > _CLEAR_NOISE * noise)

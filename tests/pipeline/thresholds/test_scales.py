@@ -2,6 +2,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose.thresholds import histogram_of
+from dockpose.thresholds.outlines import by_outlines
 from dockpose.thresholds.scales import at_scales
 
 PLACES = np.array([[120, 100], [300, 90], [470, 160], [200, 330], [420, 360]])
@@ -47,6 +48,12 @@ def test_noise_alone_has_next_to_no_lights(seed):
 
 def test_an_even_picture_has_none():
     assert centres(np.full((480, 640), 90, np.uint8)) == []
+
+
+@pytest.mark.parametrize("looks", [at_scales, by_outlines])
+def test_a_picture_that_is_masked_as_a_whole_has_none(looks):
+    image = drawn(3, 60)
+    assert list(looks(histogram_of(image, np.zeros_like(image)), 4)) == []
 
 
 def test_three_times_the_contrast_has_the_same_lights():

@@ -2,7 +2,7 @@
 
 import numpy as np
 from dockpose.compiled import compiled
-from dockpose.lights.reprojection import Sought, as_pose, fit_affine, one_pose, solve
+from dockpose.lights.reprojection import Sought, as_pose, fit_affine, near_pose, solve
 
 NARROWEST = 0.12  # minor to major axis: a dock seen at 83 degrees
 SMALLEST_RADIUS_PX = 3.0  # of a smaller ring the lights are not apart
@@ -60,7 +60,7 @@ def _perspectives(sought: Sought, start: np.ndarray) -> np.ndarray:
     if stretch(affine)[0] / sought.focal_px < _GROWING_TOLERANCE / 2:
         return guesses[:1]
     for sign in (-1.0, 1.0):
-        _, mapping = one_pose(sought, start, affine, sign)
+        _, mapping = near_pose(sought, start, affine, sign)
         if np.hypot(mapping[2, 0], mapping[2, 1]) > _GROWING_TOLERANCE / 2:
             guesses[count] = mapping[2, :2]
             count += 1

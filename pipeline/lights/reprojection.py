@@ -125,6 +125,15 @@ def as_pose(sought: Sought, corners: np.ndarray, mapping: np.ndarray) -> tuple[f
 @compiled
 def one_pose(sought: Sought, corners: np.ndarray, mapping: np.ndarray, sign: float) -> tuple[float, np.ndarray]:
     """Sum of squares and homography of the one or the other of these two poses."""
+    squares, trial = near_pose(sought, corners, mapping, sign)
+    refined, pose = _refined(sought, corners, trial)
+    # Few points can be nearer to an affine part of another pose than to any pose; that counts for nothing.
+    return (refined, pose) if refined < np.inf else (squares, trial)
+
+
+@compiled
+def near_pose(sought: Sought, corners: np.ndarray, mapping: np.ndarray, sign: float) -> tuple[float, np.ndarray]:
+    """Sum of squares and homography near one of these poses: perspective and affine part for it, in turn."""
     squares, trial, focal_px = np.inf, mapping, sought.focal_px
     for _ in range(_ROUNDS):
         cx, cy = trial[0, 2] / focal_px, trial[1, 2] / focal_px
@@ -139,9 +148,7 @@ def one_pose(sought: Sought, corners: np.ndarray, mapping: np.ndarray, sign: flo
         long = np.sqrt(np.hypot(hxx - hyy, 2 * hxy) / k)
         px, py = -sign * long * np.sin(turn) - gx / k, sign * long * np.cos(turn) - gy / k
         squares, trial = fit_affine(sought, corners, px, py)
-    refined, pose = _refined(sought, corners, trial)
-    # Few points can be nearer to an affine part of another pose than to any pose; that counts for nothing.
-    return (refined, pose) if refined < np.inf else (squares, trial)
+    return squares, trial
 
 
 @compiled

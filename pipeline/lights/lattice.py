@@ -14,6 +14,7 @@ _TOLERANCE = 0.05  # of a step, by which perspective and lens change it from one
 # within an eighth of a turn of straight ahead.
 _OPEN, _NEXT, _AHEAD = 3, (0.5, 1.6), math.cos(math.pi / 4)
 _CLOSE = 0.25  # of how far off a light may be: more than its centre's error, mostly
+_MOST_SHIFTED = 16  # lights of a ring, whose third power is looked at: steps between so many show any lattice
 _BY_CHANCE = 0.02  # of all ends of a ring having a lamp beyond
 _LEAST_ANGLE = math.sin(math.radians(20))  # between a lattice's two directions, as steeply as it may be seen
 
@@ -59,7 +60,8 @@ def _meets(on_ring: np.ndarray, mapping: np.ndarray, others: np.ndarray, toleran
     from scipy.spatial import KDTree  # takes a third of a second to import, which few pictures need
     from scipy.special import bdtrc
 
-    flat = cv2.perspectiveTransform(on_ring[None], np.linalg.inv(mapping))[0]
+    some = np.linspace(0, len(on_ring) - 1, min(len(on_ring), _MOST_SHIFTED)).round().astype(int)
+    flat = cv2.perspectiveTransform(on_ring[None, some], np.linalg.inv(mapping))[0]
     shifted = (flat[:, None, None] + flat[None, :, None] - flat[None, None, :]).reshape(-1, 2)
     shifted = shifted[shifted @ mapping[2, :2] + mapping[2, 2] > 0.1]
     places = cv2.perspectiveTransform(shifted[None], mapping)[0]

@@ -220,9 +220,11 @@ def _planes(ellipse: Ellipse, focal_px: float) -> Iterator[tuple[np.ndarray, np.
     except NoEllipseError:
         return
     for normal, centre in circles:
-        x = np.cross(-normal, [0.0, 1.0, 0.0])
-        x /= np.linalg.norm(x)
-        yield np.column_stack([x, np.cross(-normal, x), -normal]), centre
+        into, level = -normal, math.hypot(normal[0], normal[2])
+        right_x, right_z = -into[2] / level, into[0] / level
+        # The cross products written out: NumPy's would take longer than all the rest.
+        down = into[1] * right_z, -level, -into[1] * right_x
+        yield np.column_stack([(right_x, 0.0, right_z), down, into]), centre
 
 
 def _phase(angles: np.ndarray, sides: int) -> float:

@@ -32,6 +32,9 @@ from dockpose.pose.solve import find_poses
 BUILT_WITHIN, _TAIL, _MOST_PX = 0.02, 1.5, 2.0
 # A line's light goes on beside what seem to be lights of it; noise hides a twentieth of it.
 _GOES_ON = 0.95
+# Between both ends of a strip it is nearly as bright, and in every second gap darker by so much: of eight lights that run
+# together the gaps hardly alternate by chance (2 in 70), and not by a tenth. Lamps that stand in pairs are nearer by half.
+_STRIP, _GAP, _FEWEST_ENDS, _IN_PAIRS = 0.8, 0.1, 8, 2.0
 _DARK = 0.5  # of a light, beside the end of a line and between lines: where its edge is
 # Light is summed across the ring this share of a spacing either way, of the radius at the most, since lights may run
 # together; and along it over a quarter, at five places.
@@ -136,7 +139,7 @@ def why_no_lights(
     near = gaps_rad < _NEIGHBOURS * statistics.median(gaps_rad.tolist())
     middles_px = markers.points_px[ring.on_ring][order] - corner_px
     if _goes_on_between(light, at_rad[near], gaps_rad[near], own_px, in_part_px):
-        what = "between them it is as bright: a hoop, not lights"
+        what = "between them it is as bright: a hoop or strips, not lights"
     elif _goes_on_beside(light, middles_px, at_rad, gaps_rad, own_px, in_part_px):
         what = "each goes on to one side of it: the ends of lines, not lights"
     else:
@@ -158,7 +161,7 @@ def _goes_on_between(
     # Of each pair of neighbours the first, the middle and the second.
     at_rad = at_rad[:, None] + gaps_rad[:, None] * [0.0, 0.5, 1.0]
     own = _light_at(light, in_part_px(at_rad, np.ones(3))[..., None, :] + own_px * _OWN).mean(axis=2)
-    if not _as_bright_between(own):  # nor are they above a background, which takes time to tell
+    if not _as_bright_between(own, gaps_rad):  # nor are they above a background, which takes time to tell
         return False
     along_rad = at_rad[..., None] + gaps_rad[:, None, None] * _ALONG
     off = np.minimum(_ACROSS * gaps_rad, _ACROSS)[:, None, None]
@@ -167,7 +170,7 @@ def _goes_on_between(
     share = np.linspace(0.0, 1.0, steps)[:, None]
     across = _light_at(light, inner_px * (1 - share) + outer_px * share).mean(axis=2)
     background = np.minimum(across[..., 0].mean(axis=1), across[..., -1].mean(axis=1))[:, None]
-    return _as_bright_between(across.mean(axis=2) - background) and _as_bright_between(own - background)
+    return all(_as_bright_between(one - background, gaps_rad) for one in (across.mean(axis=2), own))
 
 
 def _goes_on_beside(
@@ -208,10 +211,19 @@ def _beside(lights: np.ndarray) -> tuple[float, float]:
     return statistics.median(before.tolist()), statistics.median(after.tolist())
 
 
-def _as_bright_between(lights: np.ndarray) -> bool:
-    """Whether the middles of most pairs, of light (G, 3) at the first, the middle and the second, are as bright."""
+def _as_bright_between(lights: np.ndarray, gaps_rad: np.ndarray) -> bool:
+    """Whether the middles of most pairs, of light (G, 3) at the first, the middle and the second, are as bright.
+
+    Or nearly, of every second pair: so are both ends of a strip.
+    """
     first, between, second = lights.T
-    return statistics.median((2 * between / np.maximum(first + second, 1e-9)).tolist()) > _GOES_ON
+    shares = 2 * between / np.maximum(first + second, 1e-9)
+    if statistics.median(shares.tolist()) > _GOES_ON:
+        return True
+    if len(shares) % 2 or len(shares) < _FEWEST_ENDS or gaps_rad.max() > _IN_PAIRS * gaps_rad.min():
+        return False
+    dark, bright = sorted((shares[::2], shares[1::2]), key=np.median)
+    return bool(bright.min() > max(_STRIP, dark.max() + _GAP))
 
 
 def _light_at(light: np.ndarray, places_px: np.ndarray) -> np.ndarray:

@@ -141,6 +141,30 @@ def test_lamps_at_the_edge_of_a_plate_as_bright_as_they_are_a_ring(lights):
     assert found.status == "ok", found.message
 
 
+def bars_px(lights: int) -> np.ndarray:
+    """Distances (480, 640) in pixels from lines between the corners of a regular polygon, two and two."""
+    y, x = np.mgrid[0:480, 0:640]
+    turns = 2 * np.pi * np.arange(lights) / lights
+    corners = [300, 250] + 100 * np.column_stack([np.cos(turns), np.sin(turns)])
+    off_px = []
+    for one, other in zip(corners[::2], corners[1::2], strict=True):
+        long_px = np.linalg.norm(other - one)
+        ahead = (other - one) / long_px
+        along = (x - one[0]) * ahead[0] + (y - one[1]) * ahead[1]
+        across = (y - one[1]) * ahead[0] - (x - one[0]) * ahead[1]
+        off_px.append(np.hypot(along - along.clip(0, long_px), across))
+    return np.min(off_px, axis=0)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.2, 0.3])
+@pytest.mark.parametrize("lights", [12, 16])
+def test_ends_of_strips_along_a_ring_are_no_lights(lights, share):
+    camera = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
+    half_px = share * 200 * np.sin(np.pi / lights)  # a share of their length
+    found = estimate(shining(bars_px(lights), half_px), camera, Dock(0.30, lights))
+    assert found.status != "ok", found.message
+
+
 @pytest.mark.parametrize("of_spacing", [0.8, 1.4])
 @pytest.mark.parametrize("lights", [6, 12])
 def test_lights_that_run_together_are_a_ring_all_the_same(lights, of_spacing):

@@ -32,8 +32,8 @@ from dockpose.pose.solve import find_poses
 BUILT_WITHIN, _TAIL, _MOST_PX = 0.02, 1.5, 2.0
 # A line's light goes on beside what seem to be lights of it; noise hides a twentieth of it.
 _GOES_ON = 0.95
-# Between both ends of a strip it is nearly as bright, and in every second gap darker by so much: of eight lights that run
-# together the gaps hardly alternate by chance (2 in 70), and not by a tenth. Lamps that stand in pairs are nearer by half.
+# Between both ends of a strip it is nearly as bright, and in every second gap darker by so much: of eight lights that
+# run together the gaps hardly alternate by chance (2 in 70). Lamps that stand in pairs are nearer by half.
 _STRIP, _GAP, _FEWEST_ENDS, _IN_PAIRS = 0.8, 0.1, 8, 2.0
 _DARK = 0.5  # of a light, beside the end of a line and between lines: where its edge is
 # Light is summed across the ring this share of a spacing either way, of the radius at the most, since lights may run

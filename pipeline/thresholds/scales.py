@@ -118,11 +118,12 @@ def _peaks(blurred: np.ndarray, response: np.ndarray, sigma_px: float, shrink: i
     spread = float(np.median(np.abs(response[::step, ::step]))) / 0.6745
     # What rounding leaves of a blurred difference of blurs, and that of each blur to a step, at least.
     noise = max(spread, _QUANTISED * math.hypot(_STEPS * 0.3 / (sigma_px * shrink), 1))
-    if response.max() <= _CLEAR_NOISE * noise:
+    floor = _CLEAR_NOISE * noise
+    if response.max() <= floor:
         return np.empty((0, 2), np.intp)
     size = 2 * math.ceil(sigma_px) + 1
     near = np.argwhere(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))) - size // 2
-    clear = np.flatnonzero(response > _CLEAR_NOISE * noise)
+    clear = np.flatnonzero(response > floor)
     rows, columns = np.divmod(clear[_are_tops(clear, blurred, response, near)], response.shape[1])
     kept = _are_round(response, rows, columns)
     rows, columns = rows[kept], columns[kept]

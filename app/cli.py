@@ -154,7 +154,7 @@ def _with_command(words: list[str]) -> list[str]:
 
 def _is_source(word: str) -> bool:
     """Whether a word has the look of a file, a camera's number or an address, or names a sample."""
-    from dockpose.app.inputs.pictures import sample_source
+    from dockpose.sidecar import sample_source
 
     return bool(re.search(r"[./\\\d]|://", word)) or glob.has_magic(word) or Path(sample_source(word)).exists()
 

@@ -12,15 +12,10 @@ _PACKAGE = Path(__file__).resolve().parent
 _LIBRARIES = {"numpy": "numpy", "opencv": "opencv-python-headless", "scipy": "scipy", "numba": "numba"}
 
 
-def data_folder(name: str) -> Path:
-    """Path of ``static`` or ``sample_images``."""
-    in_wheel = _PACKAGE / name
-    return in_wheel if in_wheel.is_dir() else _PACKAGE.parent / name
-
-
 def static_path(name: str) -> Path:
     """Path of a file in ``static/``."""
-    return data_folder("static") / name
+    in_wheel = _PACKAGE / "static"
+    return (in_wheel if in_wheel.is_dir() else _PACKAGE.parent / "static") / name
 
 
 @functools.cache

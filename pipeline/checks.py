@@ -4,12 +4,13 @@ import math
 import re
 from collections.abc import Collection
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 import numpy as np
 from dockpose.text import shown
 
+T = TypeVar("T")
 # What no camera, dock, tank or picture exceeds, by what a name ends with; beyond, numbers would overflow somewhere.
 _MOST = (
     *(("_per_m", 1e4), ("_m_per_s", 1e3), ("_deg_per_s", 1e4), ("_cutoff_deg", 90.0), ("_deg", 1e5), ("_rad", 1e4)),
@@ -71,10 +72,11 @@ def check_whole(name: str, value: Any, *, least: int) -> None:
         raise ValueError(f"{name} is {shown(value)}; it must be at most {_most(name):g}")
 
 
-def check_is(name: str, value: Any, kind: type) -> None:
-    """Raise a ValueError that names the argument unless ``value`` is of that class."""
+def check_is(name: str, value: Any, kind: type[T]) -> T:
+    """Return ``value``; raise a ValueError that names the argument unless it is of that class."""
     if not isinstance(value, kind):
         raise ValueError(f"{name} is {shown(value)}; it must be a {kind.__name__}")
+    return value
 
 
 def check_one_of(name: str, value: Any, allowed: Collection[Any]) -> None:

@@ -139,7 +139,7 @@ def test_names_that_are_not_public_have_no_sections(house):
 
 def test_all_packages_are_installed():
     tool = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
-    folders_of_data = {"dockpose.app.static", "dockpose.app.sample_images"}
+    folders_of_data = {"dockpose.app.static", "dockpose.sample_images"}
     assert set(tool["packages"]) - folders_of_data == set(layout.packages())
     assert folders_of_data <= set(tool["packages"])
 

@@ -135,7 +135,7 @@ def test_the_public_names_come_from_the_wheel(unpacked, tmp_path):
 def test_the_wheel_estimates_its_own_sample_outside_the_checkout(unpacked, tmp_path):
     code = (
         f"import sys; sys.path.insert(0, {str(unpacked)!r})\n"
-        "import dockpose.app.cli; from dockpose.app.inputs.pictures import sample_path\n"
+        "import dockpose.app.cli; from dockpose.sidecar import sample_path\n"
         "print(dockpose.app.cli.__file__, file=sys.stderr)\n"
         "sys.exit(dockpose.app.cli.main(['estimate', str(sample_path('plain')), '--json', '-']))"
     )

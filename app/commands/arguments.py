@@ -16,12 +16,12 @@ from dockpose.app.errors import UserError, blaming, writing
 from dockpose.app.experiment.record import files_of_session, is_session
 from dockpose.app.export.recording import check_name
 from dockpose.app.export.video import is_video_file
-from dockpose.app.inputs.pictures import load_dock, sample_source
 from dockpose.app.inputs.protected import Claims, Protected, files_below, files_of, is_on_disk, places
 from dockpose.app.inputs.sequences import is_sequence, wishes_from
 from dockpose.app.resources import read_toml
 from dockpose.camera.files import load_camera
 from dockpose.lights.masks import Mask, check_masks
+from dockpose.sidecar import load_dock, sample_source
 from dockpose.sources import Kind, Wishes, kind_of
 from dockpose.text import printable
 

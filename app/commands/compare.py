@@ -13,11 +13,12 @@ from dockpose.app.commands.output import PictureFolder, open_lines, write_line
 from dockpose.app.drawing.annotated import montage
 from dockpose.app.drawing.numbers import chance, number, pose_cells
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.pictures import Batch, Picture, expand, known, read_sidecar
+from dockpose.app.inputs.pictures import Batch, Picture, expand, known
 from dockpose.app.inputs.sequences import FrameSource, typed
 from dockpose.app.processing.comparison import compare
 from dockpose.files import FileError
 from dockpose.pose.known import KnownPose, pose_error
+from dockpose.sidecar import read_sidecar
 from dockpose.sources import Kind, kind_of
 from dockpose.text import printable
 

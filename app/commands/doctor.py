@@ -25,11 +25,12 @@ from dockpose import Settings, estimate
 from dockpose.app.commands.console import EXIT_ALL_READ, put
 from dockpose.app.commands.output import open_lines, write_line
 from dockpose.app.export.video import VideoFile
-from dockpose.app.inputs.pictures import FIRST_SAMPLE, load_sample
+from dockpose.app.inputs.pictures import load_sample
 from dockpose.app.state.preferences import config_folder
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER
 from dockpose.pixels import bright
 from dockpose.pose.known import pose_error
+from dockpose.sidecar import FIRST_SAMPLE
 from dockpose.sources import open_frames
 from dockpose.text import one_line
 from dockpose.thresholds import METHODS

@@ -1,24 +1,22 @@
-"""Picture files, the YAML beside them with camera, dock and true pose, dock files, and the sample scenes."""
+"""Picture files with their cameras and docks, in batches, and the sample scenes."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import msgspec
 import numpy as np
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
-from dockpose.app.resources import data_folder
-from dockpose.camera.files import load_camera
 from dockpose.camera.image import orientation_sentence, turned
-from dockpose.files import FileError, read_yaml, to_yaml, write_whole
-from dockpose.pose.known import KnownPose, read_known_pose
+from dockpose.files import FileError, to_yaml, write_whole
+from dockpose.pose.known import KnownPose
+from dockpose.sidecar import read_sidecar, sample_path
 from dockpose.sources import list_pictures
 from dockpose.sources.pictures import read_tagged
 
 Result = TypeVar("Result")
-FIRST_SAMPLE = "plain"
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,24 +100,6 @@ def expand(sources: Sequence[str]) -> list[Path]:
     return [path for source in sources for path in list_pictures(source)]
 
 
-def samples_folder() -> Path:
-    """The folder of the sample scenes."""
-    return data_folder("sample_images")
-
-
-def sample_names() -> list[str]:
-    """Names of the sample scenes, the one to show first at the front."""
-    names = sorted(path.stem for path in samples_folder().glob("*.png"))
-    return sorted(names, key=lambda name: name != FIRST_SAMPLE)
-
-
-def sample_path(name: str) -> Path:
-    """Path of a sample scene's picture. Raises ValueError if there is none of that name."""
-    if name not in sample_names():
-        raise ValueError(f"sample is {name!r}; it must be one of {', '.join(sample_names())}")
-    return samples_folder() / f"{name}.png"
-
-
 def load_sample(name: str) -> Picture:
     """Read a sample scene's picture, with its camera, dock and truth."""
     path = sample_path(name)
@@ -127,38 +107,6 @@ def load_sample(name: str) -> Picture:
     if beside.camera is None or beside.dock is None:
         raise FileError(f"{path.with_suffix('.yaml')}: a sample scene needs the keys camera and dock")
     return Picture(path, *read_tagged(path)[:2], beside.camera, beside.dock, beside.truth)
-
-
-def sample_source(text: str) -> str:
-    """The samples' path for ``sample_images``, a scene's for its name, else the text; what is here goes first."""
-    if Path(text).exists():
-        return text
-    if text.rstrip("/\\") == "sample_images":
-        return str(samples_folder())
-    return str(sample_path(text)) if text in sample_names() else text
-
-
-@dataclass(frozen=True)
-class Sidecar:
-    """What the YAML beside a picture says; None for what it leaves out."""
-
-    camera: Camera | None = None
-    dock: Dock | None = None
-    truth: KnownPose | None = None
-
-
-def read_sidecar(picture: Path) -> Sidecar:
-    """Read NAME.yaml beside NAME.png; an empty Sidecar where there is none."""
-    path = picture.with_suffix(".yaml")
-    if not path.is_file():
-        return Sidecar()
-    content = read_yaml(path)
-    has_camera = "camera" in content or "camera_matrix" in content
-    return Sidecar(
-        camera=load_camera(path) if has_camera else None,
-        dock=dock_from(content["dock"], path) if "dock" in content else None,
-        truth=read_known_pose(content.get("truth")),
-    )
 
 
 def camera_and_dock(path: Path, camera: Camera | None, dock: Dock | None) -> tuple[Camera, Dock]:
@@ -178,23 +126,6 @@ def known(name: str, camera: Camera | None, dock: Dock | None, hint: str = "") -
     if dock is None:
         raise UserError(f"{name}: how large is the dock? Give --dock-diameter in metres{hint}")
     return camera, dock
-
-
-def load_dock(path: str | Path) -> Dock:
-    """Read the dock of a dock file, or of any YAML that has one."""
-    content = read_yaml(path)
-    if "dock" not in content:
-        keys = ", ".join(map(str, content)) or "none"
-        raise FileError(f"{path}: is not a dock file: it has no key dock; its keys are {keys}")
-    return dock_from(content["dock"], path)
-
-
-def dock_from(content: Any, path: str | Path) -> Dock:
-    """The dock that a part of the file ``path`` describes. Raises FileError where it is not a dock."""
-    try:
-        return msgspec.convert(content, Dock)
-    except msgspec.ValidationError as error:
-        raise FileError(f"{path}: dock: {error}") from error
 
 
 def save_dock(dock: Dock, path: str | Path, camera: Camera | None = None) -> None:

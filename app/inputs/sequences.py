@@ -12,9 +12,10 @@ from typing import Any
 import dockpose.sources as sources
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.pictures import Batch, camera_and_dock, expand, known, read_sidecar
+from dockpose.app.inputs.pictures import Batch, camera_and_dock, expand, known
 from dockpose.app.inputs.received import below, folders_below, pictures_in, videos_below
 from dockpose.files import FileError
+from dockpose.sidecar import read_sidecar
 from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Scene, Sweep, load_sequence
 from dockpose.sources import Bag, Frames, Kind, Pictures, Simulated, SourceError, Tell, Wishes
 

@@ -11,10 +11,11 @@ import msgspec
 import numpy as np
 from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.pictures import Sidecar, load_sample, read_sidecar, sample_names, sample_path
+from dockpose.app.inputs.pictures import load_sample
 from dockpose.app.state.tank import Tank
 from dockpose.camera.image import ImageError, decode, orientation_of, orientation_sentence, read_picture_file, turned
 from dockpose.pose.known import KnownPose
+from dockpose.sidecar import Sidecar, read_sidecar, sample_names, sample_path
 from dockpose.simulate import Scene, load_scene
 from dockpose.sources.pictures import read_tagged
 

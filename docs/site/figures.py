@@ -177,7 +177,7 @@ def frames() -> Figure:
 
 
 def _beside(name: str) -> tuple[Camera, Dock]:
-    from dockpose.app.inputs.pictures import load_dock
+    from dockpose.sidecar import load_dock
     from dockpose.simulate import load_scene
 
     path = ROOT / "sample_images" / f"{name}.yaml"

@@ -25,14 +25,15 @@ from dockpose.estimate.search import Picture, search
 from dockpose.lights.masks import hide
 from dockpose.lights.region import Region, crop, masks_within, part_of
 from dockpose.settings import Settings
+from dockpose.sidecar import completed, sample_source
 from dockpose.text import shown
 from dockpose.thresholds import histogram_of
 
 
 def estimate(
     image: np.ndarray | str | os.PathLike[str],
-    camera: Camera,
-    dock: Dock,
+    camera: Camera | None = None,
+    dock: Dock | None = None,
     settings: Settings | None = None,
     *,
     fall_back: bool = True,
@@ -46,11 +47,12 @@ def estimate(
     image : array or path
         (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array of uint8 or uint16, or of floats from 0 to 1, which become 16
         bits; pixels that are masked, as of ``numpy.ma``, are not looked at. Or the path of a picture file, of which no
-        tag of orientation is applied; the message names it.
-    camera : Camera
-        Its intrinsics; a picture that is the calibration's rescaled is taken, another size is refused.
-    dock : Dock
-        Its diameter, and its number of lights where known.
+        tag of orientation is applied; the message names it. Or the name of a sample scene, such as ``"tilted"``.
+    camera : Camera, optional
+        Its intrinsics; a picture that is the calibration's rescaled is taken, another size is refused. Of a file, what
+        NAME.yaml beside NAME.png says where none is given.
+    dock : Dock, optional
+        Its diameter, and its number of lights where known. Of a file, as the camera.
     settings : Settings, optional
         How to search; the defaults suit most scenes.
     fall_back : bool
@@ -82,15 +84,17 @@ def estimate(
     lies within. Other than in the whole picture, the background is that of the region alone, so that the level may
     differ, and the centres differ by what the neighbouring groups outside would take from them.
     """
-    check_is("camera", camera, Camera)
-    check_is("dock", dock, Dock)
-    settings = settings or Settings()
-    check_is("settings", settings, Settings)
+    if isinstance(image, (str, os.PathLike)):
+        image = Path(sample_source(str(image)))
+        if camera is None or dock is None:
+            camera, dock = completed(image, camera, dock)
+    camera, dock = check_is("camera", camera, Camera), check_is("dock", dock, Dock)
+    settings = check_is("settings", settings or Settings(), Settings)
     if dock.rings:
         return of_rings(estimate, image, camera, dock, settings, fall_back=fall_back, region=region, like=like)
     given, path, note = image, None, ""
-    if isinstance(image, (str, os.PathLike)):
-        path = Path(image)
+    if isinstance(image, Path):
+        path = image
         data = read_picture_file(path)
         image, note = decode(data, str(path)), orientation_sentence(orientation_of(data), str(path))
     elif not hasattr(image, "__array__"):

@@ -6,7 +6,7 @@ import sys
 import pytest
 from dockpose.app import cli
 from dockpose.app.cli import main
-from dockpose.app.inputs.pictures import sample_path
+from dockpose.sidecar import sample_path
 
 BASH = shutil.which("bash")
 

@@ -13,7 +13,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from dockpose.app.inputs.pictures import sample_path
+from dockpose.sidecar import sample_path
 
 from tests.attack import files, messages, requests
 from tests.attack.program import PAGE, Bystanders, Program

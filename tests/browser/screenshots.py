@@ -7,11 +7,11 @@ from tempfile import TemporaryDirectory
 
 import cv2
 from dockpose import Dock, Entrance
-from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.state.camera import with_own_dock
 from dockpose.app.state.view import open_source
 from dockpose.app.web.app import App
 from dockpose.camera.image import decode
+from dockpose.sidecar import sample_path
 from playwright.sync_api import sync_playwright
 
 from tests.browser.chromium import find

@@ -14,9 +14,9 @@ import yaml
 from dockpose import estimate
 from dockpose.app.drawing.annotated import LAYERS
 from dockpose.app.drawing.colours import POSE_COLOURS, TRUTH_COLOUR, rgb
-from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.processing import comparison
 from dockpose.app.web.panels.export import LAYER_WORDS, WHAT, ExportPanel
+from dockpose.sidecar import sample_path
 from PIL import Image
 
 pytestmark = pytest.mark.browser

@@ -1,7 +1,7 @@
 import pytest
-from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
+from dockpose.sidecar import sample_path
 
 from tests.browser.conftest import visit
 

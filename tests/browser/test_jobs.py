@@ -5,10 +5,10 @@ import zipfile
 
 import pytest
 from dockpose import Camera
-from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.processing.comparison import compared
 from dockpose.app.state.camera import camera_file
 from dockpose.app.state.view import open_source
+from dockpose.sidecar import sample_path
 
 from tests.browser.conftest import visit
 

@@ -1,5 +1,6 @@
 import pytest
-from dockpose.app.inputs.pictures import load_sample, sample_path
+from dockpose.app.inputs.pictures import load_sample
+from dockpose.sidecar import sample_path
 
 pytestmark = pytest.mark.browser
 

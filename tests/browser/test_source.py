@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 import yaml
 from dockpose import Camera
-from dockpose.app.inputs.pictures import sample_path, samples_folder
 from dockpose.app.state.camera import camera_file
 from dockpose.app.state.parameters import DETECTION, DISTORTION, LENS, SCENE
 from dockpose.app.web import notifications
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.source import NONE_CHOSEN, OWN_PICTURE, SourcePanel
 from dockpose.app.web.server.options import Options
+from dockpose.sidecar import sample_path, samples_folder
 
 pytestmark = pytest.mark.browser
 

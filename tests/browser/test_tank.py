@@ -6,11 +6,12 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera
-from dockpose.app.inputs.pictures import load_sample, sample_path, samples_folder
+from dockpose.app.inputs.pictures import load_sample
 from dockpose.app.state.camera import camera_file
 from dockpose.app.state.tank import Tank, Tanks
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
+from dockpose.sidecar import sample_path, samples_folder
 from msgspec.structs import replace as changed
 
 from tests.browser.conftest import HANGS_S, TABS, visit

@@ -7,9 +7,10 @@ import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.app.experiment import Session
 from dockpose.app.export.video import VideoFile
-from dockpose.app.inputs.pictures import sample_path, save_dock
+from dockpose.app.inputs.pictures import save_dock
 from dockpose.camera.files import save_camera
 from dockpose.camera.image import read
+from dockpose.sidecar import sample_path
 
 from tests.docs.pages import ROOT, blocks
 from tests.support.bags import CAMERA_INFO, START_NS, camera_info, frames, write_mcap

@@ -9,9 +9,10 @@ from dockpose.app.commands.compare import to_line
 from dockpose.app.experiment.record import COLUMNS
 from dockpose.app.export.data import CSV_COLUMNS
 from dockpose.app.export.recordings.ros import TOPICS
-from dockpose.app.inputs.pictures import load_sample, sample_path
+from dockpose.app.inputs.pictures import load_sample
 from dockpose.camera.image import read
 from dockpose.estimate import SCHEMA
+from dockpose.sidecar import sample_path
 from dockpose.simulate.files import TRUTH_COLUMNS
 from dockpose.tracking.tracker import NO_TRACK
 

@@ -15,7 +15,6 @@ from dockpose.app.experiment.record import read_session
 from dockpose.app.export.bundle import read_lines
 from dockpose.app.export.data import to_csv
 from dockpose.app.export.report import sequence_report
-from dockpose.app.inputs.pictures import load_dock, read_sidecar
 from dockpose.app.state.preferences import Memory, with_settings_file
 from dockpose.app.state.tank import Tank, Tanks
 from dockpose.app.state.view import open_source
@@ -24,6 +23,7 @@ from dockpose.camera.image import decode
 from dockpose.camera.port import FlatPort
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.pose.solve import find_poses
+from dockpose.sidecar import load_dock, read_sidecar
 from dockpose.simulate import load_sequence, render
 from dockpose.sources import open_frames
 

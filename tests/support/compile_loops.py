@@ -3,7 +3,7 @@
 import sys
 
 from dockpose.app.cli import main
-from dockpose.app.inputs.pictures import sample_source
+from dockpose.sidecar import sample_source
 
 if __name__ == "__main__":
     picture = sample_source("plain")

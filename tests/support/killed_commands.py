@@ -24,8 +24,8 @@ import rosbags.typesys  # noqa: F401  # what commands import when they need it i
 from dockpose.app.cli import main
 from dockpose.app.experiment import Session
 from dockpose.app.export.parts import Plot
-from dockpose.app.inputs.pictures import sample_source
 from dockpose.camera.files import save_camera
+from dockpose.sidecar import sample_source
 from dockpose.simulate import Approach, FilmPlan, render, save_sequence
 
 from tests.pipeline.camera.test_calibrate import CHESSBOARD, TRUE, pictures

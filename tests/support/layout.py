@@ -35,6 +35,7 @@ for _name in (
     "pose",
     "vehicle",
     "guidance",
+    "sidecar",
     "estimate",
     "tracking",
 ):

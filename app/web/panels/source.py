@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from dockpose.app.inputs.pictures import sample_names
 from dockpose.app.inputs.received import below, folders_below, pictures_in, read_sent, step
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
@@ -16,6 +15,7 @@ from dockpose.app.state.view import View, with_file, with_sample, with_upload
 from dockpose.app.web.html import small
 from dockpose.app.web.widgets import Act, App, Client, Panel, offer
 from dockpose.files import to_yaml
+from dockpose.sidecar import sample_names
 from dockpose.simulate import Scene, load_scene
 from dockpose.simulate.optics.water import PRESETS
 

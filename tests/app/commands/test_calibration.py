@@ -3,9 +3,9 @@ import numpy as np
 import pytest
 from dockpose import Camera
 from dockpose.app.cli import main
-from dockpose.app.inputs.pictures import load_dock
 from dockpose.camera.files import load_camera, save_camera
 from dockpose.camera.port import FlatPort
+from dockpose.sidecar import load_dock
 from dockpose.simulate import Pose, Scene, render
 from msgspec.structs import replace
 

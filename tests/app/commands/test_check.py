@@ -8,8 +8,8 @@ import pytest
 from dockpose import Dock, estimate
 from dockpose.app.cli import main
 from dockpose.app.experiment import Session
-from dockpose.app.inputs.pictures import load_dock
 from dockpose.camera.files import load_camera
+from dockpose.sidecar import load_dock
 from dockpose.simulate import Pose, render
 
 from tests.support.scenes import CAMERA, DOCK, random_scene

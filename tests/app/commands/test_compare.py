@@ -7,8 +7,8 @@ import pytest
 from dockpose import Settings, estimate
 from dockpose.app.cli import main
 from dockpose.app.commands.compare import table
-from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.processing.comparison import compare, compared
+from dockpose.sidecar import sample_path
 from dockpose.simulate import render
 from dockpose.simulate.files import save_scene
 from dockpose.simulate.parts import Text

@@ -8,7 +8,7 @@ import threading
 
 import pytest
 from dockpose.app.commands.console import Terminated, check_stopped, stopped_by_signals
-from dockpose.app.inputs.pictures import sample_source
+from dockpose.sidecar import sample_source
 
 
 @pytest.fixture(autouse=True)

@@ -15,9 +15,10 @@ import pytest
 from dockpose import Dock, Entrance
 from dockpose.app.cli import main
 from dockpose.app.drawing.colours import MASK_COLOUR, bgr
-from dockpose.app.inputs.pictures import load_sample, sample_names, sample_path, save_dock
+from dockpose.app.inputs.pictures import load_sample, save_dock
 from dockpose.camera.files import save_camera
 from dockpose.lights.masks import hidden_pixels
+from dockpose.sidecar import sample_names, sample_path
 from dockpose.simulate import render
 from dockpose.simulate.files import save_scene
 from dockpose.simulate.parts import Text

@@ -14,8 +14,9 @@ from dockpose.app.drawing.colours import TRUTH_COLOUR, bgr
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Session
 from dockpose.app.export.bundle import read_lines
-from dockpose.app.inputs.pictures import load_sample, sample_path
+from dockpose.app.inputs.pictures import load_sample
 from dockpose.files import FileError
+from dockpose.sidecar import sample_path
 
 from tests.support.rows import measured
 

@@ -13,8 +13,8 @@ import pytest
 from dockpose.app.cli import main
 from dockpose.app.export.bundle import read_lines
 from dockpose.app.export.video import VideoFile
-from dockpose.app.inputs.pictures import sample_source
 from dockpose.files import write_whole
+from dockpose.sidecar import sample_source
 
 from tests.support.forked import run_on_full_disk
 

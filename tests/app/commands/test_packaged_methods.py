@@ -4,7 +4,7 @@ import json
 
 import pytest
 from dockpose.app.cli import main
-from dockpose.app.inputs.pictures import sample_path
+from dockpose.sidecar import sample_path
 
 from tests.support.methods import install, registered, run_beside
 

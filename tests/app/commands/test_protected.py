@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 from dockpose.app import cli
 from dockpose.app.cli import main
-from dockpose.app.inputs.pictures import sample_path, sample_source, save_dock
+from dockpose.app.inputs.pictures import save_dock
 from dockpose.camera.files import save_camera
+from dockpose.sidecar import sample_path, sample_source
 from dockpose.simulate import Approach, FilmPlan, save_sequence
 from dockpose.simulate.files import TRUTH_COLUMNS
 

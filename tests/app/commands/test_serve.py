@@ -7,11 +7,11 @@ import pytest
 from dockpose.app.cli import main
 from dockpose.app.commands import serve as command
 from dockpose.app.export import mavlink
-from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.web import app as web_app
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.source import SourcePanel
 from dockpose.app.web.server.start import reachable_hosts
+from dockpose.sidecar import sample_path
 
 
 @pytest.fixture

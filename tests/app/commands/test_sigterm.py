@@ -13,7 +13,7 @@ import pytest
 from dockpose.app.cli import main
 from dockpose.app.commands.console import Terminated
 from dockpose.app.export.video import VideoFile
-from dockpose.app.inputs.pictures import sample_path
+from dockpose.sidecar import sample_path
 from dockpose.simulate import Approach, FilmPlan, film, save_sequence
 
 from tests.support.left_files import faults

@@ -10,8 +10,8 @@ import pytest
 from dockpose import Camera
 from dockpose.app.cli import main
 from dockpose.app.commands import simulate as simulate_command
-from dockpose.app.inputs.pictures import sample_path
 from dockpose.files import to_yaml
+from dockpose.sidecar import sample_path
 from dockpose.simulate import ClosedLoop, FilmPlan, Hover, Lights, Pose, Scene, Sensor, load_sequence, save_sequence
 
 from tests.support.scenes import CAMERA, DOCK

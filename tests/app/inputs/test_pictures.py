@@ -1,6 +1,6 @@
 # A None where a value is expected fails the test, which is what it should do.
 # pyright: reportOptionalMemberAccess=false
-"""Picture and dock files; the sample scenes: what each is there to show, measured in its picture."""
+"""Pictures, and docks that come back; the sample scenes: what each is there to show, measured in its picture."""
 
 import math
 import shutil
@@ -10,11 +10,10 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import Dock
-from dockpose.app.inputs import pictures
-from dockpose.app.inputs.pictures import expand, load_sample, sample_names, sample_path, sample_source, samples_folder
+from dockpose.app.inputs.pictures import expand, load_sample, save_dock
 from dockpose.app.web.panels.source import SAMPLE_WORDS
 from dockpose.camera.files import load_camera
-from dockpose.files import FileError
+from dockpose.sidecar import load_dock, sample_names, sample_path, samples_folder
 from dockpose.simulate import load_scene, render
 from dockpose.simulate.files import render_folder
 from dockpose.simulate.scene import truth_of
@@ -174,35 +173,12 @@ def test_far_is_6_m_away_and_deep():
     assert 255 < sample.image.max() <= 4095
 
 
-def test_samples_have_names_unless_a_file_here_is_called_so(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert sample_source("sample_images") == str(samples_folder())
-    assert sample_source("tilted") == str(sample_path("tilted"))
-    assert sample_source("tank.png") == "tank.png"
-    (tmp_path / "sample_images").mkdir()
-    assert sample_source("sample_images") == "sample_images"
-
-
 def test_a_dock_comes_back_to_the_same_numbers(tmp_path):
-    pictures.save_dock(uneven(0), tmp_path / "dock.yaml")
-    assert pictures.load_dock(tmp_path / "dock.yaml") == uneven(0)
+    save_dock(uneven(0), tmp_path / "dock.yaml")
+    assert load_dock(tmp_path / "dock.yaml") == uneven(0)
 
 
 def test_the_camera_lies_beside_it(tmp_path):
-    pictures.save_dock(Dock(0.30), tmp_path / "dock.yaml", CAMERA)
-    assert pictures.load_dock(tmp_path / "dock.yaml") == Dock(0.30)
+    save_dock(Dock(0.30), tmp_path / "dock.yaml", CAMERA)
+    assert load_dock(tmp_path / "dock.yaml") == Dock(0.30)
     assert load_camera(tmp_path / "dock.yaml") == CAMERA
-
-
-@pytest.mark.parametrize(
-    ("text", "why"),
-    [
-        ("camera: {}", "it has no key dock; its keys are camera"),
-        ("dock: {diameter_m: 0.3, lights: 10, offsets_m: [[0, 0, 0]]}", "offsets_m has 1 values; the dock"),
-        ("dock: {diameter_m: 0.3, offsets_m: [[0, 0]]}", "offsets_m"),
-    ],
-)
-def test_what_is_wrong_is_named(tmp_path, text, why):
-    (tmp_path / "dock.yaml").write_text(text)
-    with pytest.raises(FileError, match=why):
-        pictures.load_dock(tmp_path / "dock.yaml")

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.pictures import load_sample, sample_names, sample_path
+from dockpose.app.inputs.pictures import load_sample
 from dockpose.app.state import view as state
 from dockpose.app.state.camera import with_these_as_mine
 from dockpose.app.state.scene import with_scene
 from dockpose.app.state.view import MeasuredPose, number_text, typed_number
 from dockpose.camera.image import ImageError
 from dockpose.pose.known import KnownPose
+from dockpose.sidecar import sample_names, sample_path
 
 
 def png(width, height):

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from dockpose.app.experiment import Session
 from dockpose.app.experiment import session as session_module
-from dockpose.app.inputs.pictures import load_dock, sample_path
 from dockpose.app.inputs.received import read_sent
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.state.view import MeasuredPose, open_source
@@ -21,6 +20,7 @@ from dockpose.app.web.panels.experiment_rows import BLANK, pages, rows_on_page, 
 from dockpose.app.web.server.options import Options
 from dockpose.app.web.widgets import Choices
 from dockpose.camera.files import load_camera
+from dockpose.sidecar import load_dock, sample_path
 
 from tests.support.rows import changed
 

@@ -1,11 +1,11 @@
 import tracemalloc
 
 import pytest
-from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.web.app import App
 from dockpose.app.web.server import uploads
 from dockpose.app.web.server.options import Options
 from dockpose.app.web.server.uploads import MOST_AT_ONCE, clean_name
+from dockpose.sidecar import sample_path
 from viser import _messages as messages
 
 from tests.support.clock import until

@@ -9,7 +9,9 @@ BIN := $(VENV)/Scripts
 else
 BIN := $(VENV)/bin
 endif
-PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
+# In a terminal pip shows what it downloads. What is imported is compiled then, which is a small part of it all.
+PIP_INSTALL := -m pip --disable-pip-version-check install --no-compile $(if $(MAKE_TERMOUT),,--quiet)
+PIP := $(BIN)/python $(PIP_INSTALL)
 ADDRESS := --host 127.0.0.1 --port 8080
 
 # The parts of the page that every change is tried on.
@@ -17,21 +19,26 @@ CORE_OF_PAGE := $(foreach part,page view tank policy,tests/browser/test_$(part).
 REST_OF_PAGE := $(filter-out $(CORE_OF_PAGE),$(wildcard tests/browser/test_*.py))
 ABREAST := --numprocesses 3 --dist loadfile --no-loadscope-reorder
 
-.PHONY: peers licences release try-release run report test test-slow test-page test-busy test-oldest test-pythons resolve lint real bench bench-readme fuzz security soak samples screenshots figures docs newcomer clean
+.PHONY: nightly peers licences release try-release run report test test-slow test-page test-busy test-oldest test-pythons resolve lint real bench bench-readme fuzz security soak samples screenshots figures docs newcomer clean
 
+# Installs everything, and serves the page, which opens on a sample scene.
 run: $(VENV)/.installed
 	@# Compiles what was not or has changed, so that the page need not wait for that.
-	@$(BIN)/dockpose estimate sample_images/plain.png
+	@$(BIN)/dockpose estimate tilted
 	$(BIN)/dockpose serve $(ADDRESS)
 
-# The quick tests, and the core of the page: four minutes on two cores.
+# Installs everything, and runs the quick tests and the core of the page: three minutes on two cores.
 test: $(VENV)/.test $(VENV)/.chromium
 	@# In the order of folders: by itself xdist leaves the files with few, long tests to the end, for one process.
-	$(BIN)/python -m pytest -m "not slow" $(ABREAST) $(addprefix --ignore=,$(REST_OF_PAGE))
+	$(BIN)/python -m pytest -m "not slow and not extra" $(ABREAST) $(addprefix --ignore=,$(REST_OF_PAGE))
 
-# The tests that take two seconds or more: six minutes.
-test-slow: $(VENV)/.test
-	$(BIN)/python -m pytest -m slow $(ABREAST) --ignore tests/browser
+# All that is slow, or the parts of it that PART names, with a table at the end: an hour on two cores.
+nightly: $(VENV)/.made
+	@$(BIN)/python .ci/nightly.py $(PART)
+
+# The tests that take two seconds or more, and those that need large packages: six minutes.
+test-slow: $(VENV)/.extra
+	$(BIN)/python -m pytest -m "slow or extra" $(ABREAST) --ignore tests/browser
 
 # Everything that the page does, in a real browser: about nine minutes.
 test-page: $(VENV)/.test $(VENV)/.chromium
@@ -47,7 +54,7 @@ COMPILED_BY_OLDEST := NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/compiled
 test-oldest: $(OLDEST)/.test
 	$(OLDEST)/bin/python --version
 	$(COMPILED_BY_OLDEST) $(OLDEST)/bin/python -m pytest --numprocesses 2 --dist loadfile \
-		--no-loadscope-reorder -p no:cacheprovider -m "not slow" \
+		--no-loadscope-reorder -p no:cacheprovider -m "not slow and not extra" \
 		tests/pipeline tests/app/state tests/app/drawing tests/app/export tests/app/commands \
 		--ignore tests/pipeline/paper --ignore tests/app/commands/test_serve.py
 
@@ -64,12 +71,14 @@ lint: $(VENV)/.test $(VENV)/.lint
 	$(BIN)/ruff format --check .
 	@# Type checkers do not read the editable install's map of folders; links show them the package as it is installed.
 	rm -rf $(VENV)/types && mkdir -p $(VENV)/types/dockpose && ln -sfn $(CURDIR)/pipeline/* $(CURDIR)/app $(VENV)/types/dockpose/
-	$(BIN)/pyright
+	@# Playwright brings the Node.js along in which Pyright runs where the machine has none.
+	PATH="$$PATH:$$($(BIN)/python -c 'import playwright; print(*playwright.__path__)')/driver" $(BIN)/pyright
 
-# Scores photographs and pictures by other programs in DATA; fails where what they reach is lost again.
+# Scores photographs and pictures by other programs in DATA; fails where what they reach is lost again. Two minutes;
+# with QUICK=--quick the part of it that takes one.
 DATA ?= ../shared/data
 real: $(VENV)/.test
-	$(BIN)/python -m tests.bench.real $(DATA)
+	$(BIN)/python -m tests.bench.real $(DATA) $(QUICK)
 
 bench: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m pytest tests/bench -s -o python_files='bench_*.py' -o faulthandler_timeout=0
@@ -80,7 +89,7 @@ bench-readme: $(VENV)/.test
 	$(BIN)/python -m pytest $(FIGURES) -s -o python_files='bench_*.py' -o faulthandler_timeout=0
 
 # Other ways of finding a dock, and other thresholds, on the same pictures, into docs/peers.md: five minutes on two cores.
-peers: $(VENV)/.test
+peers: $(VENV)/.extra
 	$(BIN)/python -m tests.bench.peers
 
 # A million inputs that nobody would make on purpose; atheris has no wheel for every Python.
@@ -153,31 +162,36 @@ $(VENV)/.made:
 	touch $@
 
 $(VENV)/.installed: $(VENV)/.made pyproject.toml
+	@echo "installing dockpose and its libraries into $(VENV): 0.6 GB, about a minute"
 	$(PIP) --editable .
 	@# Compiles the loops over pixels once, so that the first page need not wait for that.
-	$(BIN)/dockpose estimate sample_images/plain.png
+	$(BIN)/dockpose estimate tilted
 	touch $@
 
-# pycalib-simple asks for another build of OpenCV that would overwrite ours; the part that we compare with needs none.
-$(VENV)/.test: $(VENV)/.installed
+$(VENV)/.test: $(VENV)/.made pyproject.toml
+	@echo "installing dockpose, its libraries and what the tests need into $(VENV): 1.1 GB, about a minute"
 	$(PIP) --editable ".[test]"
-	$(PIP) --no-deps pycalib-simple==2026.7.22.1
 	$(BIN)/python -m tests.support.compile_loops
+	touch $@ $(VENV)/.installed
+
+# What is large and few tests need. pycalib-simple asks for another build of OpenCV that would overwrite ours; the part
+# that we compare with needs none.
+$(VENV)/.extra: $(VENV)/.test
+	$(PIP) --editable ".[test,extra]"
+	$(PIP) --no-deps pycalib-simple==2026.7.22.1
 	touch $@
 
 $(OLDEST)/.test: pyproject.toml tests/constraints-oldest.txt
 	$(PYTHON) -m venv $(OLDEST)
-	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet --constraint tests/constraints-oldest.txt \
-		--editable ".[test]"
-	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet --no-deps pycalib-simple==2026.7.22.1
+	$(OLDEST)/bin/python $(PIP_INSTALL) --constraint tests/constraints-oldest.txt --editable ".[test]"
 	$(COMPILED_BY_OLDEST) $(OLDEST)/bin/python -m tests.support.compile_loops
 	touch $@
 
-$(VENV)/.docs: $(VENV)/.installed
+$(VENV)/.docs: $(VENV)/.test
 	$(PIP) --editable ".[docs]"
 	touch $@
 
-$(VENV)/.lint: $(VENV)/.installed
+$(VENV)/.lint: $(VENV)/.test
 	$(PIP) --editable ".[lint]"
 	touch $@
 

@@ -12,7 +12,6 @@ from dockpose.camera.files import save_camera
 from dockpose.camera.image import read
 from dockpose.sidecar import sample_path
 
-from tests.docs.pages import ROOT, blocks
 from tests.support.bags import CAMERA_INFO, START_NS, camera_info, frames, write_mcap
 
 INFO_TOPIC = "/camera/camera_info"
@@ -26,8 +25,7 @@ def tank(tmp_path_factory):
     picture = read(sample_path("plain"))
     shutil.copy(sample_path("plain"), folder / "tank.png")
     shutil.copy(sample_path("plain").with_suffix(".yaml"), folder / "scene.yaml")
-    (example,) = (block.text for block in blocks(ROOT / "README.md") if block.language == "yaml")
-    (folder / "camera.yaml").write_text(example, encoding="utf-8")
+    save_camera(CAMERA, folder / "camera.yaml")
     save_camera(CAMERA, folder / "tank.yaml")
     save_dock(DOCK, folder / "dock.yaml")
     (folder / "vehicle.yaml").write_text("T_body_camera: {position_m: [0.2, 0, 0], pitch_deg: -15}\nframe: frd\n")

@@ -91,8 +91,9 @@ def test_make_run_opens_the_page_on_a_dock_that_is_found(home: Path) -> None:
         for line in ANSWERS:
             assert re.search(as_pattern(line), said), f"{line} is not in:\n{said}"
         address = re.findall(r"http://\S+", said)[-1]
-        with Visitor(address) as visitor:
-            visitor.wait_for(lambda: any("Dock found" in str(value) for value in visitor.values.values()))
+        heard: list[str] = []
+        with Visitor(address, hears=lambda message: heard.append(str(message))) as visitor:
+            assert visitor.until(lambda _: any("Dock found" in one for one in heard))
     finally:
         os.killpg(page.pid, signal.SIGINT)
         page.wait(60)

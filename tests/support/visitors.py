@@ -48,7 +48,7 @@ class Visitor:
     ``look`` is what it says of itself, as "dark.software".
     """
 
-    def __init__(self, address, *, reads=True, source="127.0.0.1", look=""):
+    def __init__(self, address, *, reads=True, source="127.0.0.1", look="", hears=lambda message: None):
         host = urlsplit(address).netloc
         to_server = socket.create_connection(("127.0.0.1", urlsplit(address).port), 10, (source, 0))
         to_server.settimeout(None)
@@ -63,7 +63,7 @@ class Visitor:
             close_timeout=1,
             ping_interval=None,
         )
-        self.hears: Callable[..., object] = lambda message: None  # may be replaced
+        self.hears: Callable[..., object] = hears  # is given each message; may be replaced
         self.was_dark: list[bool] = []
         self.values, self.ids, self.buttons, self.notices = {}, {}, {}, []
         self.bytes_read, self.messages_read = 0, 0

@@ -72,7 +72,7 @@ def run(script: str, home: Path, folder: Path) -> str:
 
 def test_make_run_opens_the_page_on_a_dock_that_is_found(home: Path) -> None:
     began_s, said = time.monotonic(), ""
-    page = subprocess.Popen(
+    with subprocess.Popen(
         ["make", "run"],
         cwd=home / "dockpose",
         env=environment(home),
@@ -80,23 +80,21 @@ def test_make_run_opens_the_page_on_a_dock_that_is_found(home: Path) -> None:
         stderr=subprocess.STDOUT,
         text=True,
         start_new_session=True,
-    )
-    try:
-        assert page.stdout is not None
-        for line in page.stdout:
-            said += line
-            if "the page is at" in line:
-                break
-        print(f"\n{time.monotonic() - began_s:7.1f} s  make run, until the page is there")
-        for line in ANSWERS:
-            assert re.search(as_pattern(line), said), f"{line} is not in:\n{said}"
-        address = re.findall(r"http://\S+", said)[-1]
-        heard: list[str] = []
-        with Visitor(address, hears=lambda message: heard.append(str(message))) as visitor:
-            assert visitor.until(lambda _: any("Dock found" in one for one in heard))
-    finally:
-        os.killpg(page.pid, signal.SIGINT)
-        page.wait(60)
+    ) as page:
+        try:
+            for line in page.stdout or ():
+                said += line
+                if "the page is at" in line:
+                    break
+            print(f"\n{time.monotonic() - began_s:7.1f} s  make run, until the page is there")
+            for line in ANSWERS:
+                assert re.search(as_pattern(line), said), f"{line} is not in:\n{said}"
+            address = re.findall(r"http://\S+", said)[-1]
+            heard: list[str] = []
+            with Visitor(address, hears=lambda message: heard.append(str(message))) as visitor:
+                assert visitor.until(lambda _: any("Dock found" in one for one in heard))
+        finally:
+            os.killpg(page.pid, signal.SIGINT)
 
 
 def test_make_test_passes(home: Path) -> None:

@@ -1,4 +1,4 @@
-"""The README to the letter, by somebody who has Python, make and a checkout: no Chromium, nothing compiled, no caches."""
+"""The README to the letter, by somebody who has Python, make and a checkout: no Chromium, and nothing compiled."""
 
 import os
 import re

@@ -85,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--altered", type=int, metavar="N", help="score N alterations of each photograph of lamps alone"
     )
-    parser.add_argument("--quick", action="store_true", help="leave the photographs without docks, and those of lamps with N unknown: a minute")
+    parser.add_argument("--quick", action="store_true", help="the part that takes a minute")
     parser.add_argument("--json", type=Path, metavar="OUT", help="write what came of each picture")
     parser.add_argument("--compare", type=Path, metavar="OLD.json", help="tell which pictures came out otherwise")
     options = parser.parse_args(arguments)

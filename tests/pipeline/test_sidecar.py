@@ -1,3 +1,5 @@
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalMemberAccess=false
 """What is known of a picture by its name: the YAML beside it, and the sample scenes."""
 
 import shutil

@@ -12,7 +12,7 @@ from dockpose.thresholds import METHODS
 from skimage import filters
 
 from tests.bench import variety
-from tests.bench.peers.scenes import RANGES, TURBIDITIES, seen
+from tests.bench.peers.scenes import AUTOMATIC, RANGES, TURBIDITIES, seen
 
 _KINDS = ("plain", "motion blur", "rolling bands", "text")
 _WINDOW, _LEAST_LEVELS = 31, 8.0  # pixels; above what is around, lest all noise of dark water be lights
@@ -59,7 +59,7 @@ def scenes(seed: int, number: int) -> Iterator[Lit]:
     truth, scene = picture.truth, picture.scene
     lights_px = truth.lights_px[truth.visible]
     yield Lit("study", picture.image, scene.camera, scene.dock, lights_px, truth.position_m, truth.normal)
-    ours = seen(seed, TURBIDITIES[number % 4], RANGES[number % 5], 1000 + number, {})
+    ours = seen(seed, TURBIDITIES[number % 4], RANGES[number % 5], 1000 + number, plates=False)[AUTOMATIC]
     place = ours.position_m, ours.normal
     yield Lit("tank", ours.images["ring"], ours.camera, ours.dock, ours.lights_px, *place)
     other, told = variety.draw(_KINDS[number % 4], seed + number, sizes=3)

@@ -166,17 +166,17 @@ def draw_figure(rows: Sequence[Row]) -> None:
         for (rule, water), panel in zip(itertools.product((FIXED, AUTOMATIC), waters()), grid.flat, strict=True):
             for number, (name, mark) in enumerate(zip(METHODS, MARKS, strict=True)):
                 about = {"method": name, "rule": rule, "water": water}
-                shares = [share_right(rows, **about, range_diameters=at) for at in RANGES]
-                values = np.array([share.value for share in shares])
-                ends = [values - [share.low for share in shares], [share.high for share in shares] - values]
+                shares = [100 * share_right(rows, **about, range_diameters=at).value for at in RANGES]
                 places = np.array(RANGES) * (1 + 0.012 * (number - 4))
-                how = {"color": f"C{number}", "lw": 2.0 if number == 0 else 0.9, "markersize": 4, "elinewidth": 0.4}
-                panel.errorbar(places, 100 * values, 100 * np.maximum(ends, 0), marker=mark, label=name, **how)
-            panel.set(xscale="log", title=f"{rule}, {water} per m")
+                panel.plot(places, shares, f"C{number}{mark}-", lw=2.0 if number == 0 else 0.9, ms=4, label=name)
+            panel.set(xscale="log")
             panel.set_xticks(RANGES, [f"{at:g}" for at in RANGES])
             panel.minorticks_off()
-        figure.supxlabel("range (diameters)")
-        figure.supylabel("right poses (%)")
+        for water, above, below in zip(waters(), *grid, strict=True):
+            above.set_title(f"{water} per m")
+            below.set_xlabel("range (diameters)")
+        for rule, panel in zip((FIXED, AUTOMATIC), grid[:, 0], strict=True):
+            panel.set_ylabel(f"exposure {rule}\nright poses (%)")
         handles = grid.flat[0].get_legend_handles_labels()
         figure.legend(*handles, loc="outside lower center", ncols=5, frameon=False)
         figure.savefig(FIGURE, metadata={"Date": None, "Creator": None}, bbox_inches="tight")

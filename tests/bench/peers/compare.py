@@ -16,25 +16,37 @@ from dockpose.study.judge import RIGHT_DEG, RIGHT_SHARE
 from dockpose.study.statistics import Share, wilson
 
 from tests.bench.peers import thresholds
-from tests.bench.peers.methods import METHODS, OF_LIGHTS, prints
-from tests.bench.peers.scenes import POSES, RANGES, TURBIDITIES, Seen, drawn_by_lamps, seen, waters
+from tests.bench.peers.methods import METHODS, OF_LIGHTS
+from tests.bench.peers.scenes import (
+    AUTOMATIC,
+    FIXED,
+    POSES,
+    RANGES,
+    RULES,
+    TURBIDITIES,
+    Seen,
+    drawn_by_lamps,
+    seen,
+    waters,
+)
 from tests.bench.peers.thresholds import angle_deg
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGE, FIGURE = ROOT / "docs" / "peers.md", ROOT / "docs" / "figures" / "peers.svg"
 SEED, OF_THRESHOLDS = 2016, 14
-MARKS = "oPs^DvX<>"
+OTHER = "lamps.py"  # the other drawer, in place of a rule
+MARKS = "oPs^DvX<>h"
 
 
 class Row(NamedTuple):
     """What a method made of a picture."""
 
     method: str
+    rule: str
     water: str
     range_diameters: float
     is_found: bool
     is_right: bool
-    is_placed: bool
     is_sure: bool
     off_share: float
     off_deg: float
@@ -45,22 +57,21 @@ def rows_of(job: tuple[float | None, float, int]) -> list[Row]:
     """All methods on one pose; without a turbidity the other drawer's ring."""
     turbidity, range_diameters, number = job
     if turbidity is None:
-        return [_row(name, drawn_by_lamps(SEED, range_diameters, number)) for name in OF_LIGHTS]
-    one = seen(SEED, turbidity, range_diameters, number, prints())
-    return [_row(name, one) for name in METHODS]
+        return [_row(name, OTHER, drawn_by_lamps(SEED, range_diameters, number)) for name in OF_LIGHTS]
+    by_rule = seen(SEED, turbidity, range_diameters, number)
+    return [_row(name, rule, one) for rule, one in by_rule.items() for name in METHODS]
 
 
-def _row(name: str, one: Seen) -> Row:
+def _row(name: str, rule: str, one: Seen) -> Row:
     began_s = time.process_time()
     answer = METHODS[name](one)
     took_ms = 1000 * (time.process_time() - began_s)
-    about = (name, one.water, one.range_diameters)
+    about = (name, rule, one.water, one.range_diameters)
     if answer is None or not np.isfinite([*answer.position_m, *answer.normal]).all():
-        return Row(*about, False, False, False, False, np.nan, np.nan, took_ms)
+        return Row(*about, False, False, False, np.nan, np.nan, took_ms)
     off = float(np.linalg.norm(answer.position_m - one.position_m) / np.linalg.norm(one.position_m))
     turned = angle_deg(answer.normal, one.normal)
-    is_placed = off <= RIGHT_SHARE
-    return Row(*about, True, is_placed and turned <= RIGHT_DEG, is_placed, answer.is_sure, off, turned, took_ms)
+    return Row(*about, True, off <= RIGHT_SHARE and turned <= RIGHT_DEG, answer.is_sure, off, turned, took_ms)
 
 
 def threshold_rows(number: int) -> list[tuple[str, str, bool, bool, float]]:
@@ -86,35 +97,43 @@ def interval(share: Share) -> str:
     return f"{100 * share.value:.0f} ({100 * share.low:.0f} to {100 * share.high:.0f})"
 
 
-def by_method(rows: Sequence[Row]) -> str:
-    """Each method over all ranges and waters."""
-    body = []
-    for name in METHODS:
-        own = [row for row in rows if row.method == name and row.water != "lamps.py"]
-        right = [row for row in own if row.is_right]
-        wrong = sum(row.is_found and not row.is_right for row in own)
-        sure = sum(row.is_found and not row.is_right and row.is_sure for row in own)
-        body.append(
-            [
-                *(name, str(sum(row.is_found for row in own)), interval(wilson(len(right), len(own)))),
-                *(str(sum(row.is_placed for row in own)), str(wrong), str(sure)),
-                f"{100 * np.median([row.off_share for row in right]):.2f}",
-                *(f"{np.median([row.off_deg for row in right]):.2f}", f"{np.median([row.took_ms for row in own]):.1f}"),
-            ]
-        )
-    head = ["way", "found", "right, %", "position right", "wrong", "sure and wrong", "position off, % of range"]
-    return table([*head, "angle off, degrees", "ms"], body)
+def right(rows: Sequence[Row], **of: object) -> list[bool]:
+    """Whether each pose is right, of the rows that have these values."""
+    return [row.is_right for row in rows if all(getattr(row, name) == value for name, value in of.items())]
 
 
-def by_factor(rows: Sequence[Row], factor: str, values: Sequence[object], titles: Sequence[str]) -> str:
-    """Share of right poses by range or by water."""
+def share_right(rows: Sequence[Row], **of: object) -> Share:
+    """Share of right poses among the rows that have these values."""
+    some = right(rows, **of)
+    return wilson(sum(some), len(some))
+
+
+def summary(rows: Sequence[Row]) -> str:
+    """Each method by each rule of exposure; how exact its right poses are with automatic exposure, and its time."""
     body = []
     for name in METHODS:
-        own = [[row for row in rows if row.method == name and getattr(row, factor) == value] for value in values]
-        body.append(
-            [name, *(interval(wilson(sum(row.is_right for row in some), len(some))) if some else "" for some in own)]
-        )
-    return table(["right, %", *titles], body)
+        own = [row for row in rows if row.method == name and row.rule == AUTOMATIC]
+        off, turned = np.median([(row.off_share, row.off_deg) for row in own if row.is_right], axis=0)
+        shares = [interval(share_right(rows, method=name, rule=rule)) for rule in RULES]
+        shares.append(interval(share_right(rows, method=name, rule=OTHER)) if name in OF_LIGHTS else "")
+        took_ms = np.median([row.took_ms for row in own])
+        body.append([name, *shares, f"{100 * off:.2f}", f"{turned:.2f}", f"{took_ms:.1f}"])
+    head = ["right, %", *RULES, OTHER, "position off, % of range", "angle off, degrees", "ms"]
+    return table(head, body)
+
+
+def by_rule(rows: Sequence[Row], rule: str) -> str:
+    """Each method by one rule of exposure: wrong poses, and the share of right ones by range and by water."""
+    body = []
+    for name in METHODS:
+        own = [row for row in rows if row.method == name and row.rule == rule]
+        wrong = [row for row in own if row.is_found and not row.is_right]
+        shares = [share_right(own, range_diameters=at) for at in RANGES]
+        shares += [share_right(own, water=water) for water in waters()]
+        counts = str(len(wrong)), str(sum(row.is_sure for row in wrong))
+        body.append([name, *(f"{100 * share.value:.0f}" for share in shares), *counts])
+    ranges = [f"{at:g} diameters" for at in RANGES]
+    return table(["right, %", *ranges, *(f"{one} per m" for one in waters()), "wrong", "of these sure"], body)
 
 
 def of_thresholds(rows: Sequence[tuple[str, str, bool, bool, float]]) -> str:
@@ -133,7 +152,7 @@ def of_thresholds(rows: Sequence[tuple[str, str, bool, bool, float]]) -> str:
 
 
 def draw_figure(rows: Sequence[Row]) -> None:
-    """Share of right poses by range, a panel for each water."""
+    """Share of right poses by range: a row of panels for a rule of exposure, a panel for each water."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -141,23 +160,25 @@ def draw_figure(rows: Sequence[Row]) -> None:
 
     style: Any = {"svg.hashsalt": "dockpose", "svg.fonttype": "path", "font.size": 9, "axes.spines.top": False}
     with plt.rc_context(style):
-        figure, panels = plt.subplots(1, len(TURBIDITIES), figsize=(11, 3.4), sharey=True, layout="constrained")
-        for panel, water in zip(panels, waters(), strict=True):
+        figure, grid = plt.subplots(
+            2, len(TURBIDITIES), figsize=(11, 6), sharex=True, sharey=True, layout="constrained"
+        )
+        for (rule, water), panel in zip(itertools.product((FIXED, AUTOMATIC), waters()), grid.flat, strict=True):
             for number, (name, mark) in enumerate(zip(METHODS, MARKS, strict=True)):
-                own = [
-                    [r for r in rows if (r.method, r.water, r.range_diameters) == (name, water, at)] for at in RANGES
-                ]
-                shares = [wilson(sum(row.is_right for row in some), len(some)) for some in own]
-                values = np.array([share.value for share in shares])
-                ends = [values - [share.low for share in shares], [share.high for share in shares] - values]
+                about = {"method": name, "rule": rule, "water": water}
+                shares = [100 * share_right(rows, **about, range_diameters=at).value for at in RANGES]
                 places = np.array(RANGES) * (1 + 0.012 * (number - 4))
-                how = {"color": f"C{number}", "lw": 2.0 if number == 0 else 0.9, "markersize": 4, "elinewidth": 0.4}
-                panel.errorbar(places, 100 * values, 100 * np.maximum(ends, 0), marker=mark, label=name, **how)
-            panel.set(xscale="log", xlabel="range (diameters)", title=f"{water} per m")
+                panel.plot(places, shares, f"C{number}{mark}-", lw=2.0 if number == 0 else 0.9, ms=4, label=name)
+            panel.set(xscale="log")
             panel.set_xticks(RANGES, [f"{at:g}" for at in RANGES])
             panel.minorticks_off()
-        panels[0].set_ylabel("right poses (%)")
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, frameon=False)
+        for water, above, below in zip(waters(), *grid, strict=True):
+            above.set_title(f"{water} per m")
+            below.set_xlabel("range (diameters)")
+        for rule, panel in zip((FIXED, AUTOMATIC), grid[:, 0], strict=True):
+            panel.set_ylabel(f"exposure {rule}\nright poses (%)")
+        handles = grid.flat[0].get_legend_handles_labels()
+        figure.legend(*handles, loc="outside lower center", ncols=5, frameon=False)
         figure.savefig(FIGURE, metadata={"Date": None, "Creator": None}, bbox_inches="tight")
         plt.close(figure)
 
@@ -191,11 +212,9 @@ def main() -> None:
 def write_ways(rows: Sequence[Row]) -> None:
     """Write the figure, and the tables of all ways."""
     draw_figure(rows)
-    in_water = [row for row in rows if row.water != "lamps.py"]
-    of_range = by_factor(in_water, "range_diameters", RANGES, [f"{at:g} diameters" for at in RANGES])
-    of_water = by_factor(rows, "water", [*waters(), "lamps.py"], [*(f"{one} per m" for one in waters()), "lamps.py"])
-    count = sum(row.method == OF_LIGHTS[0] for row in in_water)
-    write({"ways": f"{count} poses.\n\n{by_method(rows)}", "ranges": of_range, "waters": of_water})
+    count = len(right(rows, method=OF_LIGHTS[0], rule=FIXED))
+    tables = {"fixed": by_rule(rows, FIXED), "automatic": by_rule(rows, AUTOMATIC)}
+    write({"ways": f"{count} poses.\n\n{summary(rows)}", **tables})
 
 
 def write(parts: dict[str, str]) -> None:

@@ -9,18 +9,16 @@ import cv2
 import numpy as np
 from dockpose import estimate
 from dockpose.lights.ellipse import Ellipse, NoEllipseError, fit_ellipse
-from dockpose.pose.circle import circle_poses
+from dockpose.pose.circle import CirclePose, circle_poses
 from dockpose.pose.pnp import NoPoseError, solve
+from dockpose.pose.refine import angles_on_planes, light_rays
 
-from tests.bench.peers.scenes import SIDE_M, Seen
+from tests.bench.peers.scenes import INNER, SIDE_M, TAG_ID, Seen
 
 SURE = 0.95
-CELL_PX = 40  # of a print
-TAG_ID = 7
-INNER = 0.45  # of the printed ring's outer diameter, which is nine tenths of the plate's side
 OUTER_M = 0.9 * SIDE_M
 _AREA_OF_INNER = INNER**2 / (1 - INNER**2)  # of the white disc, over that of the black ring around it
-_RIVAL_ERROR = 2.0  # the other pose of a square is out where its corners are off by so many times as much
+_RIVAL_ERROR = 2.0  # the other of two poses is out where its corners or gaps are off by so many times as much
 
 
 class Answer(NamedTuple):
@@ -29,27 +27,6 @@ class Answer(NamedTuple):
     position_m: np.ndarray
     normal: np.ndarray
     is_sure: bool = True
-
-
-def prints() -> dict[str, np.ndarray]:
-    """What is printed on each plate, 0 black and 1 white, with a white margin of one cell around a tag."""
-    return {
-        "aruco": _tag(cv2.aruco.DICT_4X4_50, 6),
-        "apriltag": _tag(cv2.aruco.DICT_APRILTAG_36H11, 8),
-        "whycon": _printed_ring(),
-    }
-
-
-def _tag(name: int, cells: int) -> np.ndarray:
-    tag = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(name), TAG_ID, cells * CELL_PX)
-    return np.pad(tag, CELL_PX, constant_values=255) / 255
-
-
-def _printed_ring() -> np.ndarray:
-    size = 10 * CELL_PX
-    x, y = np.meshgrid(*[(np.arange(size) + 0.5) / size - 0.5] * 2)
-    away = np.hypot(x, y) / 0.45
-    return ((away > 1) | (away < INNER)).astype(float)
 
 
 def ours(seen: Seen) -> Answer | None:
@@ -92,7 +69,7 @@ def _by_pnp(points_px: np.ndarray, lights: Any, seen: Seen) -> Answer | None:
 
 
 def student_otsu(seen: Seen) -> Answer | None:
-    """Otsu's level, an ellipse through all groups, and the first of the circle's two poses."""
+    """Otsu's level, an ellipse through all groups, and of the circle's two poses the one with the more even gaps."""
     return _student(_centres_by_otsu(seen.images["ring"]), seen)
 
 
@@ -119,7 +96,19 @@ def _student(points_px: np.ndarray, seen: Seen) -> Answer | None:
     (x, y), (wide, high), turn = cv2.fitEllipse(points_px.astype(np.float32))
     if not min(wide, high) > 0 or not math.isfinite(wide + high):
         return None
-    return _of_circle(_ellipse(x, y, wide / 2, high / 2, math.radians(turn)), seen, seen.dock.diameter)
+    poses = _of_circle(_ellipse(x, y, wide / 2, high / 2, math.radians(turn)), seen, seen.dock.diameter)
+    if not poses:
+        return None
+    off, other = sorted(poses, key=lambda pose: _unevenness(points_px, pose, seen))
+    is_sure = _unevenness(points_px, other, seen) > _RIVAL_ERROR * _unevenness(points_px, off, seen)
+    return Answer(off.position_m, off.normal, is_sure)
+
+
+def _unevenness(points_px: np.ndarray, pose: CirclePose, seen: Seen) -> float:
+    """How far the points are from even spacing on a pose's plane: the phase's circular deviation."""
+    rays = light_rays(points_px, seen.camera, float(pose.position_m[2]))
+    angles = angles_on_planes(rays, pose.rotation[None], pose.position_m[None])
+    return math.sqrt(-2 * math.log(abs(np.exp(1j * (seen.dock.lights or 0) * angles).mean()) + 1e-12))
 
 
 def _ellipse(x: float, y: float, a: float, b: float, turn: float) -> Ellipse | None:
@@ -132,14 +121,11 @@ def _ellipse(x: float, y: float, a: float, b: float, turn: float) -> Ellipse | N
         return None
 
 
-def _of_circle(ellipse: Ellipse | None, seen: Seen, diameter_m: float) -> Answer | None:
-    if ellipse is None:
-        return None
+def _of_circle(ellipse: Ellipse | None, seen: Seen, diameter_m: float) -> tuple[CirclePose, ...]:
     try:
-        pose = circle_poses(ellipse, seen.camera, diameter_m)[0]
+        return () if ellipse is None else circle_poses(ellipse, seen.camera, diameter_m)
     except NoEllipseError:
-        return None
-    return Answer(pose.position_m, pose.normal)
+        return ()
 
 
 def aruco(seen: Seen) -> Answer | None:
@@ -197,9 +183,21 @@ def _of_square(corners_px: np.ndarray, cells: int, seen: Seen) -> Answer | None:
 
 
 def whycon(seen: Seen) -> Answer | None:
-    """A black ring around a white disc, by areas, centres and moments of both (Krajnik et al. 2014); the first pose."""
+    """WhyCon's ring, and the first of its two poses, which nothing in one picture tells apart."""
+    poses = _whycon_poses(seen)
+    return Answer(poses[0].position_m, poses[0].normal) if poses else None
+
+
+def whycon_told(seen: Seen) -> Answer | None:
+    """WhyCon's ring, and the pose whose normal is nearer to the truth."""
+    poses = sorted(_whycon_poses(seen), key=lambda pose: -float(pose.normal @ seen.normal))
+    return Answer(poses[0].position_m, poses[0].normal) if poses else None
+
+
+def _whycon_poses(seen: Seen) -> tuple[CirclePose, ...]:
+    """A black ring around a white disc, by areas, centres and moments of both (Krajnik et al. 2014)."""
     image = seen.images["whycon"]
-    best: Answer | None = None
+    best: tuple[CirclePose, ...] = ()
     for binary in _binaries(image):
         count, labels, stats, centres = cv2.connectedComponentsWithStats(255 - binary, connectivity=8)
         whites = cv2.connectedComponentsWithStats(binary, connectivity=4)
@@ -224,13 +222,13 @@ def _binaries(image: np.ndarray) -> list[np.ndarray]:
     return [around, cv2.threshold(image, 0, 255, cv2.THRESH_BINARY + cv2.THRESH_OTSU)[1]]
 
 
-def _of_ring(pixels: np.ndarray, area: int, seen: Seen) -> Answer | None:
-    """The pose by the covariance of the black ring's pixels; that of a disc's would be r^2 / 4."""
+def _of_ring(pixels: np.ndarray, area: int, seen: Seen) -> tuple[CirclePose, ...]:
+    """Both poses by the covariance of the black ring's pixels; that of a disc's would be r^2 / 4."""
     x, y = pixels.mean(axis=0)
     values, axes = np.linalg.eigh(np.cov(pixels.T) + np.eye(2) / 12)
     b, a = np.sqrt(4 * values / (1 + INNER**2))
     if not 0.7 < math.pi * a * b * (1 - INNER**2) / area < 1.4:
-        return None
+        return ()
     return _of_circle(_ellipse(x, y, a, b, math.atan2(axes[1, 1], axes[0, 1])), seen, OUTER_M)
 
 
@@ -238,11 +236,12 @@ METHODS: dict[str, Callable[[Seen], Answer | None]] = {
     "dockpose": ours,
     "SQPnP, told which light is which": told_lights,
     "SQPnP on Otsu's groups": untold_lights,
-    "Otsu, fitEllipse, first pose": student_otsu,
-    "SimpleBlob, fitEllipse, first pose": student_blobs,
+    "Otsu, fitEllipse": student_otsu,
+    "SimpleBlob, fitEllipse": student_blobs,
     "AprilTag 3, 36h11": apriltag,
     "AprilTag 36h11 by OpenCV": apriltag_opencv,
     "ArUco 4x4": aruco,
-    "WhyCon's ring": whycon,
+    "WhyCon's ring, first pose": whycon,
+    "WhyCon's ring, pose told": whycon_told,
 }
 OF_LIGHTS = tuple(METHODS)[:5]

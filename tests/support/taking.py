@@ -2,17 +2,14 @@
 
 import hashlib
 import json
-import shutil
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-import msgspec
 import numpy as np
 import pandas
 import yaml
 from dockpose import estimate
 from dockpose.app.experiment import Session
-from dockpose.app.experiment.record import COLUMNS, csv_text
 from dockpose.simulate import render
 from PIL import Image
 
@@ -21,21 +18,6 @@ from tests.support.scenes import CAMERA, DOCK, random_scene
 # Made once, in the server that the programs are forked from.
 PICTURE = render(random_scene(2))[0]
 FOUND = estimate(PICTURE, CAMERA, DOCK)
-
-
-def long_session(folder: Path, rows: int) -> Path:
-    """Make a session of so many rows, of one picture, each with an attitude that was measured."""
-    with Session.create(folder) as session:
-        first = session.take(PICTURE, FOUND, "tank", notes="as measured, by hand")
-    lines = [COLUMNS]
-    for n in range(1, rows + 1):
-        measured = {"measured_z_cm": 100 + n / 100, "measured_theta_y_deg": n / 100}
-        row = msgspec.structs.replace(first, number=n, file=f"frames/{n:04d}.png", **measured)
-        lines.append(msgspec.structs.astuple(row))
-        for ending in (".png", ".json") if n > 1 else ():
-            shutil.copy(folder / f"frames/0001{ending}", folder / f"frames/{n:04d}{ending}")
-    (folder / "results.csv").write_text(csv_text(lines))
-    return folder
 
 
 def take_until_killed(folder: str, confirmed: Connection) -> None:

@@ -3,13 +3,12 @@
 import contextlib
 import warnings
 
-import pytest
-
 
 @contextlib.contextmanager
 def dask_cluster():
-    """Yield the address of its scheduler; skips the test where Dask is missing."""
-    distributed = pytest.importorskip("distributed")
+    """Yield the address of its scheduler."""
+    import distributed
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Dask's own, of its imports and at its shutdown
         with distributed.LocalCluster(

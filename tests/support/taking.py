@@ -1,12 +1,12 @@
 """A program that takes frames at full speed until it is killed, and the check of what it leaves."""
 
+import csv
 import hashlib
 import json
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 import numpy as np
-import pandas
 import yaml
 from dockpose import estimate
 from dockpose.app.experiment import Session
@@ -40,10 +40,11 @@ def faults(folder: Path, confirmed: set[int]) -> tuple[list[int], list[str]]:
     except (ValueError, yaml.YAMLError, AssertionError, KeyError):
         bad.append("session.yaml")
     try:
-        table = pandas.read_csv(folder / "results.csv")
-        rows = set(table["number"])
-        checksums = dict(zip(table["file"], table["sha256"], strict=True))
-        assert set(table["notes"]) <= {"kill"}
+        with (folder / "results.csv").open(encoding="utf-8", newline="") as file:
+            table = list(csv.DictReader(file))
+        rows = {int(row["number"]) for row in table}
+        checksums = {row["file"]: row["sha256"] for row in table}
+        assert {row["notes"] for row in table} <= {"kill"}
     except (ValueError, AssertionError, KeyError):
         bad.append("results.csv")
         checksums = {}

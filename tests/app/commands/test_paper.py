@@ -3,7 +3,6 @@
 import csv
 import io
 
-import pandas as pd
 import pytest
 from dockpose import Camera, Dock
 from dockpose.app.cli import main
@@ -105,8 +104,11 @@ def alone(tmp_path_factory, few_plots):
     return folder
 
 
+@pytest.mark.extra
 @pytest.mark.slow
 def test_the_table_loads_with_pandas(alone):
+    import pandas as pd
+
     table = pd.read_csv(alone / "study.csv")
     assert len(table) == SCENES * len(methods())
     assert set(table["outcome"]) <= set(OUTCOMES)

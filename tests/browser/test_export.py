@@ -151,12 +151,3 @@ def test_saving_is_stopped(page, monkeypatch):
     stop.wait_for(state="hidden")
     page.rest()
     assert downloads == []
-
-
-def test_what_is_not_there_is_said(page):
-    page.box("Level (0-255)").fill("255")
-    page.until(lambda: "No pose" in page.status)
-    page.tab("Export")
-    page.choose("What", "Pose for ROS (YAML)")
-    page.page.get_by_role("button", name="Save", exact=True).click()
-    page.page.get_by_text("plain: there is no pose_ros.yaml").first.wait_for()

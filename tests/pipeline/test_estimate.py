@@ -214,12 +214,6 @@ def test_bad_settings_are_named(change, message):
         Settings(**change)
 
 
-@pytest.mark.parametrize("values", [{"diameter": 0}, {"diameter": math.nan}, {"diameter": 0.3, "lights": 2}])
-def test_bad_docks_are_named(values):
-    with pytest.raises(ValueError, match=r"diameter|lights"):
-        Dock(**values)
-
-
 def test_all_groups_that_are_seen_are_counted():
     # A lattice of 54 x 40 specks, of which 400 are looked at.
     picture = np.full((480, 640), 10, np.uint8)

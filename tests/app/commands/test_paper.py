@@ -119,6 +119,7 @@ def test_the_table_loads_with_pandas(alone):
     assert len(cost) == len(table)
 
 
+@pytest.mark.slow
 def test_page_and_plots_are_there(alone):
     text = (alone / "index.html").read_text(encoding="utf-8")
     assert "Which method when" in text

@@ -153,13 +153,6 @@ def test_no_picture_raises_or_gives_nan(index):
     assert "nan" not in line.lower()
 
 
-def test_lights_in_a_row_are_no_dock():
-    image = np.full((480, 640), 10, np.uint8)
-    for x in range(50, 600, 70):
-        image[200:206, x : x + 6] = 230
-    assert estimate(image, CAMERA, DOCK).status == "not_a_ring"
-
-
 def test_the_json_line_has_every_key_of_schema_1():
     image, _ = render(random_scene(1))
     line = estimate(image, CAMERA, DOCK).to_dict("scene.png", 3, 0.1, "abc")

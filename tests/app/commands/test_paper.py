@@ -1,4 +1,4 @@
-"""The commands for papers, the study on a few real scenes; kills and a cluster are in tests/bench/bench_study.py."""
+"""The commands for papers, the study on a few real scenes."""
 
 import csv
 import io

@@ -7,7 +7,6 @@ import zipfile
 from xml.etree import ElementTree
 
 import numpy as np
-import pandas
 import pypdfium2
 import pytest
 import yaml
@@ -61,7 +60,7 @@ CHECKS = {
         data and np.array_equal(np.asarray(Image.open(io.BytesIO(data))), np.asarray(Image.open(sample_path("plain"))))
     ),
     "report.html": lambda data: b"<!doctype html>" in data[:100].lower() and b"plain" in data,
-    "result.csv": lambda data: len(pandas.read_csv(io.BytesIO(data))) == 1,
+    "result.csv": lambda data: len(data.decode().splitlines()) == 2,
     "result.json": has_whole_json,
     "pose_ros.yaml": lambda data: yaml.safe_load(data)["pose"]["pose"]["position"]["z"] == pytest.approx(1.1, abs=0.01),
     "settings.yaml": lambda data: {"camera", "dock", "settings"} <= set(yaml.safe_load(data)),

@@ -59,7 +59,7 @@ PUBLIC = public()
 
 
 def parameters_of(text):
-    from numpydoc.docscrape import NumpyDocString
+    from numpydoc.docscrape import NumpyDocString  # pyright: ignore[reportMissingImports]
 
     document = NumpyDocString(inspect.cleandoc(text or ""))
     sections = document["Parameters"] + document["Attributes"] + document["Other Parameters"]
@@ -89,7 +89,7 @@ def asked_for(value):
 @pytest.mark.extra
 @pytest.mark.parametrize("name", PUBLIC)
 def test_a_docstring_is_valid_and_tells_every_parameter_its_shape_and_unit(name):
-    from numpydoc.validate import validate
+    from numpydoc.validate import validate  # pyright: ignore[reportMissingImports]
 
     value = PUBLIC[name]
     assert [error for error in validate(name)["errors"] if error[0] not in OPTIONAL] == []

@@ -77,7 +77,7 @@ def test_to_frame_has_a_row_for_each_candidate(found):
 
 @pytest.mark.extra
 def test_to_frame_of_no_dock_is_one_row_and_tables_fit_together(found, nothing):
-    import pandas
+    import pandas  # pyright: ignore[reportMissingImports]
 
     table = nothing.to_frame()
     assert table["status"].tolist() == ["no_lights"]

@@ -107,7 +107,7 @@ def alone(tmp_path_factory, few_plots):
 @pytest.mark.extra
 @pytest.mark.slow
 def test_the_table_loads_with_pandas(alone):
-    import pandas as pd
+    import pandas as pd  # pyright: ignore[reportMissingImports]
 
     table = pd.read_csv(alone / "study.csv")
     assert len(table) == SCENES * len(methods())

@@ -144,7 +144,7 @@ def test_angles_differ_by_the_shorter_way_round():
 @given(source=st.text(max_size=60), notes=st.text(max_size=60))
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_text_is_read_back_by_pandas_and_by_us(session, source, notes):
-    import pandas
+    import pandas  # pyright: ignore[reportMissingImports]
 
     row = session.take(np.zeros((2, 2), np.uint8), FOUND, source, notes=notes)
     table = pandas.read_csv(

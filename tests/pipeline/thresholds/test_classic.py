@@ -41,7 +41,7 @@ def test_otsu_is_opencvs(index):
 @pytest.mark.extra
 @pytest.mark.parametrize("index", range(len(PICTURES)))
 def test_kapur_is_the_insight_toolkits(index):
-    import SimpleITK
+    import SimpleITK  # pyright: ignore[reportMissingImports]
 
     image = PICTURES[index]
     # Every level must occur, so that the toolkit's 256 bins are the levels.

@@ -88,7 +88,7 @@ def test_cells_are_estimated_with_measured_in_brackets():
 
 @pytest.mark.extra
 def test_pandas_reads_the_csv_with_the_same_numbers():
-    import pandas
+    import pandas  # pyright: ignore[reportMissingImports]
 
     read = pandas.read_csv(io.StringIO(csv_table(ROWS)))
     np.testing.assert_allclose(read["error_z_cm"], [1, -3, np.nan])

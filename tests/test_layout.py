@@ -42,7 +42,6 @@ def test_imports_between_folders_point_one_way():
     assert set(layout.wrong_imports()) - STILL_WRONG == set()
 
 
-@pytest.mark.slow
 def test_the_library_knows_nothing_of_the_app_and_prints_nothing():
     for path in layout.files("pipeline"):
         text = path.read_text(encoding="utf-8")
@@ -52,7 +51,6 @@ def test_the_library_knows_nothing_of_the_app_and_prints_nothing():
         assert not any(isinstance(call, ast.Name) and call.id == "print" for call in calls), path
 
 
-@pytest.mark.slow
 def test_one_file_touches_what_is_private_in_viser():
     touching = [path.name for path in layout.files("app") if layout.touches_private_viser(path.read_text("utf-8"))]
     assert touching == ["viser_private.py"]

@@ -22,7 +22,6 @@ def errors(pose, truth):
     return range_error, math.degrees(math.acos(min(1.0, float(pose.normal @ truth.normal))))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(40))
 def test_the_truth_is_among_the_candidates_of_a_random_scene(seed):
     image, truth = render(random_scene(seed))

@@ -32,7 +32,6 @@ def lines(text):
     return [json.loads(line) for line in text.splitlines()]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", sample_names())
 def test_every_sample_scene_has_the_truth_among_its_two_candidates(name, json_lines):
     truth = load_sample(name).truth
@@ -118,7 +117,6 @@ def test_camera_of_another_size_is_refused_by_name(tank, refusal):
     assert "wide.png: the image is 640 x 400 pixels, but the camera was calibrated at 640 x 480" in told
 
 
-@pytest.mark.slow
 def test_where_the_number_of_lights_would_help_it_is_asked_for(tank, capsys):
     rng = np.random.default_rng(0)
     specks = np.full((480, 640), 10, np.uint8)

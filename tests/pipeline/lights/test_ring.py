@@ -263,7 +263,6 @@ def test_a_ring_close_to_a_wide_lens_and_nearly_square_on_is_found_with_a_light_
         assert ring.on_ring.tolist() == [True] * 9 + [False] * 4, seed
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("count", [5, 6, 8, 12])
 def test_random_points_before_a_wide_lens_are_no_ring(count):
     camera, found = Camera(320.0, 320.0, 319.5, 239.5, 640, 480), 0

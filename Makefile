@@ -169,7 +169,7 @@ $(VENV)/.installed: $(VENV)/.made pyproject.toml
 	touch $@
 
 $(VENV)/.test: $(VENV)/.made pyproject.toml
-	@echo "installing dockpose, its libraries and what the tests need into $(VENV): 1.1 GB, about a minute"
+	@echo "installing dockpose, its libraries and what the tests need into $(VENV): 0.8 GB, about a minute"
 	$(PIP) --editable ".[test]"
 	$(BIN)/python -m tests.support.compile_loops
 	touch $@ $(VENV)/.installed

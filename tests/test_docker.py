@@ -21,11 +21,6 @@ def test_both_stages_are_slim_and_of_a_python_that_we_name():
     assert f"Programming Language :: Python :: {version}" in project["classifiers"]
 
 
-def test_every_instruction_is_one_that_docker_knows():
-    known = {"FROM", "COPY", "RUN", "ENV", "USER", "WORKDIR", "VOLUME", "EXPOSE", "HEALTHCHECK", "ENTRYPOINT", "CMD"}
-    assert {one.name for one in instructions()} <= known
-
-
 def test_it_runs_as_nobody_special_after_all_that_needs_rights():
     (user,) = of("USER", 1)
     number, group = user.words[0].split(":")

@@ -46,6 +46,7 @@ def test_an_example_is_short_and_uses_public_names_alone(name):
         assert {one.rstrip(",") for one in names} <= set(public), module
 
 
+@pytest.mark.extra
 def test_the_notebook_runs_from_top_to_bottom(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     notebook = json.loads((EXAMPLES / "first_pose.ipynb").read_text(encoding="utf-8"))

@@ -25,7 +25,6 @@ OF_SEVERAL = {
     "app/experiment/test_session_faults.py",
     "app/export/test_formats.py",
     "app/test_recipes.py",
-    "app/web/test_calls.py",
     "pipeline/sources/test_sources.py",
     "pipeline/test_docstrings.py",
     "pipeline/test_doctests.py",
@@ -43,29 +42,6 @@ def test_imports_between_folders_point_one_way():
     assert set(layout.wrong_imports()) - STILL_WRONG == set()
 
 
-@pytest.mark.parametrize(
-    ("name", "imported", "allowed"),
-    [
-        ("dockpose.lights.ring", "dockpose.lights.ellipse.Ellipse", True),
-        ("dockpose.lights.ring", "dockpose.pose.circle.CirclePose", False),
-        ("dockpose.simulate.render", "dockpose.lights.ellipse.Ellipse", True),
-        ("dockpose.simulate.render", "dockpose.lights.ring.Ring", False),
-        ("dockpose.sources.opening", "dockpose.simulate.film", True),
-        ("dockpose.estimate", "dockpose.app.state.view", False),
-        ("dockpose", "dockpose.estimate.estimate", True),
-        ("dockpose.app.web.app", "dockpose.app.state.view", True),
-        ("dockpose.app.state.view", "dockpose.app.web.html", False),
-        ("dockpose.app.state.view", "dockpose.app.experiment.session", False),
-        ("dockpose.app.export.data", "dockpose.app.export.words", True),
-        ("dockpose.app.errors", "dockpose.app.resources.SAMPLES", False),
-        ("dockpose.app.inputs.received", "dockpose.camera.Camera", True),
-    ],
-)
-def test_what_a_file_may_import(name, imported, allowed):
-    assert layout.is_allowed(name, imported) == allowed
-
-
-@pytest.mark.slow
 def test_the_library_knows_nothing_of_the_app_and_prints_nothing():
     for path in layout.files("pipeline"):
         text = path.read_text(encoding="utf-8")
@@ -75,45 +51,15 @@ def test_the_library_knows_nothing_of_the_app_and_prints_nothing():
         assert not any(isinstance(call, ast.Name) and call.id == "print" for call in calls), path
 
 
-@pytest.mark.slow
 def test_one_file_touches_what_is_private_in_viser():
     touching = [path.name for path in layout.files("app") if layout.touches_private_viser(path.read_text("utf-8"))]
     assert touching == ["viser_private.py"]
-
-
-@pytest.mark.parametrize(
-    ("code", "found"),
-    [
-        ("from viser import _messages as messages", ["viser._messages"]),
-        ("from viser._gui_handles import GuiModalHandle", ["viser._gui_handles.GuiModalHandle"]),
-        ("import viser.infra", ["viser.infra"]),
-        ("self._server._websock_server.stop()", ["._websock_server"]),
-        ('getattr(button, "_impl")', ["_impl"]),
-        ("viser._gui_api.__dict__", ["._gui_api"]),
-        ("from viser import transforms\nself._impl = viser.GuiApi", []),
-    ],
-)
-def test_what_touches_private_viser(code, found):
-    assert layout.touches_private_viser(code) == found
 
 
 def test_one_script_and_one_style_sheet_know_the_names_of_visers_page():
     paths = [path for kind in ("js", "css") for path in (ROOT / "static").glob(f"*.{kind}")]
     naming = {path.name for path in paths if layout.names_of_visers_page(path.read_text("utf-8"))}
     assert naming == {"viser.js", "viser.css"}
-
-
-@pytest.mark.parametrize(
-    ("text", "count"),
-    [
-        ('one.closest(".mantine-Flex-root")', 1),
-        ("#root a, [role='tab'] { color: var(--mantine-color-text); }", 3),
-        ("[data-dock-region] .icon-tabler-camera", 2),
-        ("viserPage.tabs(); dockpose-picture [role='status']", 0),
-    ],
-)
-def test_what_names_visers_page(text, count):
-    assert len(layout.names_of_visers_page(text)) == count
 
 
 @pytest.mark.parametrize("house", HOUSES)

@@ -9,7 +9,6 @@ from multiprocessing import Pool
 
 import msgspec
 import numpy as np
-import pytest
 from dockpose import Camera, Dock, Tracked, Tracker, simulate
 from dockpose.pose.circle import angles_of
 from dockpose.simulate.optics.water import water_of_turbidity
@@ -19,7 +18,6 @@ from dockpose.study.draw import unit
 from dockpose.study.judge import nearest
 
 from tests.bench.lamps import unit_normal
-from tests.support.two_docks import follow, stays
 
 FAR, NEAR = Dock(diameter=2.0, lights=10), Dock(diameter=0.30, lights=10)
 LIGHTS = 10
@@ -196,11 +194,3 @@ def test_the_right_pose_over_time():
     assert both["right"] >= 0.995 * both["frames"]
     assert both["flips"] == 0
     assert both["certain_wrong"] == 0
-
-
-@pytest.mark.parametrize("use_region", [True, False])
-def test_a_second_dock_in_view(use_region):
-    kinds = ("nearer", "brighter", "more lights")
-    runs = [stays(follow(seed, kinds[seed % 3], 36, use_region=use_region)) for seed in range(100, 120)]
-    print(f"\nA second dock comes into view, nearer, brighter or with more lights: {sum(runs)} of 20 tracks stay")
-    assert all(runs)

@@ -15,15 +15,6 @@ def unfolded(opened):
         opened.unfold(title)
 
 
-def test_locked_focal_lengths_move_together(page):
-    page.tab("Tank")
-    page.tick("Lock fx = fy")
-    page.box("fy (px)").fill("650")
-    page.until(lambda: page.app.view.camera.fx == page.app.view.camera.fy == 650)
-    page.until(lambda: float(page.box("fx (px)").input_value()) == 650)
-    page.tick("Lock fx = fy", False)
-
-
 def test_port_and_water(page):
     page.tab("Tank")
     z_without = page.z_cm

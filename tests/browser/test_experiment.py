@@ -1,10 +1,10 @@
+import csv
 import errno
 import io
 import shutil
 import zipfile
 
 import msgspec
-import pandas
 import pytest
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Session, session
@@ -71,7 +71,13 @@ def press_t(page):
 
 
 def rows_on_disk(folder):
-    return pandas.read_csv(folder / "results.csv").to_dict("records")
+    with (folder / "results.csv").open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def measured(row):
+    """What was measured of a row: x, y, z, θx and θy."""
+    return [float(row[f"measured_{name}"]) for name in ("x_cm", "y_cm", "z_cm", "theta_x_deg", "theta_y_deg")]
 
 
 def numbers(page):
@@ -87,10 +93,8 @@ def test_frames_are_taken_by_key_and_button_with_what_was_measured(tab, root):
     press_t(tab)
     tab.until(lambda: "Frame 1 is on disk: plain, z 110.0 cm, measured." in words(tab))
     (row,) = rows_on_disk(folder)
-    assert [row[f"measured_{name}"] for name in ("x_cm", "y_cm", "z_cm", "theta_x_deg", "theta_y_deg")] == [
-        6.5, -4, 110, 5, -11
-    ]  # fmt: skip
-    assert (row["distance_cm"], row["notes"], row["source"]) == (111, "first <b>try</b>", "plain")
+    assert measured(row) == [6.5, -4, 110, 5, -11]
+    assert (float(row["distance_cm"]), row["notes"], row["source"]) == (111, "first <b>try</b>", "plain")
     assert (folder / "frames/0001.png").is_file()
     tab.until(lambda: tab.box("z (cm)").input_value() == "")
     assert tab.page.get_by_role("button", name="Take this frame (T)").bounding_box()["height"] >= 48
@@ -105,7 +109,7 @@ def test_frames_are_taken_by_key_and_button_with_what_was_measured(tab, root):
     assert tab.box("z (cm)").input_value() == "112"
     tab.page.get_by_label("Keep values").click()
     assert numbers(tab) == ["2", "1"]
-    assert [row["measured_z_cm"] for row in rows_on_disk(folder)] == [110, 112]
+    assert [float(row["measured_z_cm"]) for row in rows_on_disk(folder)] == [110, 112]
     fill(tab, z="")
 
 
@@ -120,7 +124,7 @@ def test_row_is_changed_afterwards_while_the_next_frame_keeps_its_own(tab, root)
     tab.page.get_by_role("button", name="Save row 1").click()
     tab.until(lambda: "Row 1 is on disk as changed." in words(tab))
     (row,) = rows_on_disk(root / "later")
-    assert (row["measured_z_cm"], row["notes"]) == (109, "by tape")
+    assert (float(row["measured_z_cm"]), row["notes"]) == (109, "by tape")
     tab.choose("Belongs to", NEXT_FRAME)
     tab.until(lambda: tab.box("z (cm)").input_value() == "99")
     tab.choose("Session", NO_SESSION)
@@ -168,7 +172,8 @@ def test_pages_of_a_long_session_and_its_downloads(tab):
     tab.until(lambda: numbers(tab) == ["5", "4", "3", "2", "1"])
     called, data = saved(tab, "Table (CSV)")
     assert called == "dockpose_long_table.csv"
-    assert pandas.read_csv(io.BytesIO(data))["error_z_cm"].tolist() == pytest.approx(list(range(1, 26)))
+    errors = [float(row["error_z_cm"]) for row in csv.DictReader(data.decode().splitlines())]
+    assert errors == pytest.approx(list(range(1, 26)))
     called, data = saved(tab, "All of these (ZIP)")
     assert called == "dockpose_long.zip"
     archive = zipfile.ZipFile(io.BytesIO(data))
@@ -197,11 +202,7 @@ def test_what_is_typed_fast_is_logged_as_it_stands_in_the_boxes(tab, root, delay
         tab.until(lambda: f"Frame {number} is on disk" in words(tab))  # noqa: B023
         tab.until(lambda: tab.box("Distance (cm)").input_value() == "")
         row = rows_on_disk(root / name)[-1]
-        columns = [
-            *(f"measured_{each}" for each in ("x_cm", "y_cm", "z_cm", "theta_x_deg", "theta_y_deg")),
-            "distance_cm",
-        ]
-        assert [row[column] for column in columns] == [float(value) for value in values]
+        assert [*measured(row), float(row["distance_cm"])] == [float(value) for value in values]
         assert len(rows_on_disk(root / name)) == number
 
 
@@ -217,7 +218,7 @@ def test_what_is_typed_fast_stays_when_another_tab_is_opened(tab, root):
     press_t(tab)
     tab.until(lambda: (root / "elsewhere/frames/0001.png").is_file() and len(rows_on_disk(root / "elsewhere")) == 1)
     (row,) = rows_on_disk(root / "elsewhere")
-    assert (row["measured_z_cm"], row["measured_theta_x_deg"]) == (311.4, 5)
+    assert (float(row["measured_z_cm"]), float(row["measured_theta_x_deg"])) == (311.4, 5)
     tab.tab("Log")
 
 

@@ -7,7 +7,6 @@ import zipfile
 from xml.etree import ElementTree
 
 import numpy as np
-import pandas
 import pypdfium2
 import pytest
 import yaml
@@ -61,7 +60,7 @@ CHECKS = {
         data and np.array_equal(np.asarray(Image.open(io.BytesIO(data))), np.asarray(Image.open(sample_path("plain"))))
     ),
     "report.html": lambda data: b"<!doctype html>" in data[:100].lower() and b"plain" in data,
-    "result.csv": lambda data: len(pandas.read_csv(io.BytesIO(data))) == 1,
+    "result.csv": lambda data: len(data.decode().splitlines()) == 2,
     "result.json": has_whole_json,
     "pose_ros.yaml": lambda data: yaml.safe_load(data)["pose"]["pose"]["position"]["z"] == pytest.approx(1.1, abs=0.01),
     "settings.yaml": lambda data: {"camera", "dock", "settings"} <= set(yaml.safe_load(data)),
@@ -151,12 +150,3 @@ def test_saving_is_stopped(page, monkeypatch):
     stop.wait_for(state="hidden")
     page.rest()
     assert downloads == []
-
-
-def test_what_is_not_there_is_said(page):
-    page.box("Level (0-255)").fill("255")
-    page.until(lambda: "No pose" in page.status)
-    page.tab("Export")
-    page.choose("What", "Pose for ROS (YAML)")
-    page.page.get_by_role("button", name="Save", exact=True).click()
-    page.page.get_by_text("plain: there is no pose_ros.yaml").first.wait_for()

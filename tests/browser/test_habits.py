@@ -85,14 +85,6 @@ def test_dark_mode(page):
     page.until(lambda: page.page.evaluate(scheme) == "light")
 
 
-def test_palette_lists_the_keys(page):
-    blur(page)
-    page.page.keyboard.press("Control+k")
-    for words in ("Ctrl+Z", "Ctrl+Shift+Z", "Next picture", "Previous picture", "Dark mode"):
-        page.page.get_by_role("dialog").get_by_text(words).first.wait_for()
-    page.page.keyboard.press("Escape")
-
-
 def test_help_over_the_page_and_in_a_tab_of_its_own(page):
     blur(page)
     page.page.keyboard.press("h")

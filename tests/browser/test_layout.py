@@ -200,26 +200,6 @@ def test_small_screens_show_one_part_at_a_time(page, resized, name):
     assert box(page, STAGE)["width"] > 0.8 * SIZES[name][0] - 20
 
 
-def test_3d_view_is_there_on_a_phone_while_methods_are_compared(page, resized):
-    resized(SIZES["phone"])
-    open_part(page, "Picture")
-    page.tab("Compare")
-    page.until(lambda: page.page.evaluate("document.documentElement.dataset.mode") == "compare")
-    open_part(page, "3D")
-    assert box(page, CANVAS)["left"] == 0
-    open_part(page, "Picture")
-    page.tab("Picture")
-
-
-def test_part_stays_open_over_a_reload(page, resized):
-    resized(SIZES["phone"])
-    open_part(page, "Tools")
-    page.page.reload()
-    page.page.locator("#candidates tbody tr").first.wait_for(state="attached")
-    assert page.page.evaluate("document.documentElement.dataset.tab") == "tools"
-    page.page.get_by_role("button", name="Upload pictures").wait_for()
-
-
 def test_a_row_is_taken_on_a_phone(page, resized):
     resized(SIZES["phone"])
     open_part(page, "Picture")
@@ -238,19 +218,6 @@ def test_a_row_is_taken_on_a_phone(page, resized):
     take.click()
     page.until(lambda: page.page.get_by_text("Frame 1").count() + page.page.get_by_text("1 row").count() > 0)
     page.choose("Session", "(none)")
-
-
-def test_methods_beside_each_other_have_the_whole_width(page, resized):
-    mode = "document.documentElement.dataset.mode"
-    page.page.evaluate(f"{mode} = 'compare'")
-    left = box(page, LEFT)
-    assert (left["left"], left["width"]) == (0, LAPTOP[0])
-    assert box(page, CANVAS)["right"] <= 0
-    assert page.page.locator(RIGHT).is_hidden()
-    assert page.page.locator("#strip").is_visible()
-    page.page.evaluate(f"{mode} = 'picture'")
-    assert box(page, LEFT)["width"] == pytest.approx(0.68 * LAPTOP[0], abs=0.2)
-    assert page.page.locator(RIGHT).is_visible()
 
 
 def shown_share(page):
@@ -421,16 +388,6 @@ def test_view_buttons_lie_in_the_3d_view_and_show_the_dock_from_near(page):
     page.app.change(lambda view: with_sample(view, "tilted"), reload=True)  # the close-up follows to another picture
     page.until(lambda: page.has_found("tilted") and abs(client.camera.position - near).max() > 0.01)
     page.page.get_by_role("button", name="Fit", exact=True).last.click()
-
-
-def test_port_is_drawn_where_the_camera_has_one(page):
-    scene = page.app.scene
-    page.until(lambda: page.app.wait_until_idle(1))
-    assert not scene._port._frame.visible
-    page.app.change(lambda view: with_sample(view, "flat_port"), reload=True)
-    page.until(lambda: scene._port._frame.visible and scene._labels["port"].visible)
-    port = page.app.view.camera.port
-    assert scene._port._glass.position[2] == pytest.approx(port.air_gap_m + port.glass_m / 2)
 
 
 def test_what_is_said_of_software_leaves_the_3d_view_free(page):

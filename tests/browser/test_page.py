@@ -17,18 +17,6 @@ def test_opens_with_a_result(page):
     assert page.z_cm == pytest.approx(true_z_cm("plain"), abs=0.3)
 
 
-def test_fits_a_small_laptop(page):
-    shown = page.page
-    parts = [shown.get_by_text(words) for words in ("Threshold (orange line)", "± A, one sigma")]
-    for part in (shown.get_by_role("button", name="Fit", exact=True), *parts):
-        page.reveal(part)
-        place = part.first.bounding_box()
-        assert place is not None
-        assert place["x"] >= 0
-        assert place["x"] + place["width"] <= 1366
-        assert place["y"] + place["height"] <= 768
-
-
 def test_arrow_key_changes_z_by_one_step(page):
     page.slider("Diameter (cm)").focus()
     for step in range(1, 6):
@@ -113,13 +101,3 @@ def test_fixed_level_starts_where_hats_left_it_and_can_be_moved(page):
     page.box("Level (0-255)").fill("101")  # moving it means a fixed level
     page.until(lambda: page.box("Threshold by").input_value() == "Fixed level")
     assert (page.app.view.settings.method, page.app.view.settings.level) == ("fixed", 101)
-
-
-def test_viewpoint_buttons_move_the_camera(page):
-    (client,) = page.app.server.get_clients().values()
-    page.page.get_by_role("button", name="Camera", exact=True).click()
-    page.until(lambda: abs(client.camera.position).max() < 0.01)
-    page.page.get_by_role("button", name="Above", exact=True).click()
-    page.until(lambda: client.camera.position[1] < -0.5)
-    page.page.get_by_role("button", name="Side", exact=True).click()
-    page.until(lambda: client.camera.position[0] > 0.5)

@@ -1,7 +1,5 @@
-import io
 import re
 import time
-import zipfile
 
 import pytest
 from dockpose import estimate
@@ -26,16 +24,6 @@ def test_status_line_is_in_view_and_says_what_to_try(page):
     for name in ("place", "status-line", "source", "tank"):
         is_cut = "one => one.scrollWidth > one.parentElement.clientWidth + 1"
         assert not page.page.locator(f"#{name}").evaluate(is_cut), name
-
-
-def test_small_groups_are_thrown_out_and_centres_found_as_chosen(page):
-    page.box("Level (0-255)").fill("150")
-    page.until(lambda: page.app.view.settings.method == "fixed")
-    page.box("Min. area (px)").fill("100")
-    page.page.get_by_text("below 100 px ignored").wait_for()
-    for label, kind in (("Middle of the pixels kept", "binary"), ("Weighed by brightness", "grey")):
-        page.choose("Centre of a light", label)
-        page.until(lambda kind=kind: page.app.view.settings.centroid == kind)
 
 
 def test_masks_are_added_and_removed(page):
@@ -68,14 +56,6 @@ def test_choice_is_overruled_by_hand_and_given_back(page):
     assert page.row_names() == ["○ A", "● B, chosen", "Truth"]
     page.press("The program's")
     page.until(lambda: "pose A 100 %" in line(page))
-
-
-def test_coloured_lights_are_also_solved_point_by_point(page):
-    page.choose("Sample scene", "colour_ring")
-    page.until(lambda: "Dock found in colour_ring" in page.status)
-    page.unfold(POSES)
-    page.until(lambda: page.page.locator("#peers tbody tr").count() == 4)
-    assert "EPnP" in page.page.locator("#peers").inner_text()
 
 
 _CUT_OFF = """
@@ -170,31 +150,3 @@ def test_level_is_swept_while_the_chart_grows_and_a_sweep_can_be_stopped(page, m
     stop.click()
     page.until(lambda: not stop.is_visible())
     assert words.inner_text().startswith("Levels up to ")
-
-
-def test_montage_is_left_out_where_it_is_not_wanted(page):
-    page.tab("Export")
-    page.page.get_by_label("With the montage of all methods").click()
-    page.rest()
-    called, data = page.download("Save all as one ZIP file")
-    names = zipfile.ZipFile(io.BytesIO(data)).namelist()
-    assert called == "dockpose_plain.zip"
-    assert {"annotated.png", "result.json", "result.csv", "settings.yaml"} <= set(names)
-    assert "montage.png" not in names
-    page.page.get_by_label("With the montage of all methods").click()
-    page.rest()
-
-
-def test_every_tab_leads_to_its_part_of_the_help(page):
-    page.tab("Picture")
-    with page.page.expect_popup() as popup:
-        page.page.locator("a[href='/help#view']").click()
-    for name in ("The picture and its histogram", "Annotated", "Threshold", "Original"):
-        popup.value.get_by_role("heading", name=name, exact=True).wait_for()
-    popup.value.close()
-    page.tab("Compare")
-    page.page.locator("a[href='/help#compare']").wait_for()
-    page.tab("Picture")  # the comparison has the page to itself
-    for tab in ("Pictures", "Tank", "Detect", "Simulate", "Play", "Log", "Export"):
-        page.tab(tab)
-        page.page.locator(f"a[href='/help#{tab.lower()}']").wait_for()

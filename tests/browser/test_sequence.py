@@ -7,7 +7,6 @@ from dockpose.app.state.parameters import put
 from dockpose.app.web.panels.play import NONE_CHOSEN
 
 from tests.browser.conftest import visit
-from tests.support import bags
 
 COURSE = "simulated sweep"
 
@@ -187,16 +186,6 @@ def test_speed_and_the_end(sequence):
     sequence.page.get_by_role("button", name="Play", exact=True).wait_for()
 
 
-def test_sliders_of_other_tabs_act_on_the_frame(sequence):
-    near = sequence.z_cm
-    sequence.box("Diameter (cm)").fill("60")
-    sequence.until(lambda: sequence.z_cm == pytest.approx(2 * near, rel=0.01))
-    sequence.tab("Play")
-    sequence.press("Forward")
-    sequence.until(lambda: "frame 2 of 250" in sequence.status)
-    assert sequence.z_cm == pytest.approx(2 * near, rel=0.05)
-
-
 def test_another_picture_closes_the_sequence(sequence):
     sequence.tab("Pictures")
     sequence.choose("Sample scene", "turbid")
@@ -227,14 +216,4 @@ def test_dropped_video_opens_the_tab_and_plays(page, tmp_path):
     page.tab("Detect")
     page.drop("dropped.avi", video(tmp_path), "video/x-msvideo")
     page.until(lambda: "dropped.avi, frame 1 of 4" in page.status)
-    page.choose("Sequence", NONE_CHOSEN)
-
-
-def test_a_bag_is_uploaded_and_played(page, tmp_path):
-    """Without a camera in it, it is searched with the camera of the page."""
-    pictures = [np.full((480, 640), level, np.uint8) for level in (0, 50, 100)]
-    data = bags.write_mcap(tmp_path / "run.mcap", bags.frames(pictures)).read_bytes()
-    page.send("Upload a video", ("run.mcap", data))
-    page.until(lambda: "run.mcap, frame 1 of 3" in page.status)
-    page.tab("Play")
     page.choose("Sequence", NONE_CHOSEN)

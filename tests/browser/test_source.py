@@ -64,15 +64,6 @@ def test_water_psf_missing_lights_and_text(page):
     page.until(lambda: [one.text for one in page.app.view.scene.texts] == ["ROV <b>7"])
 
 
-def test_water_too_far_for_its_model_is_refused_and_the_last_scene_stays(page):
-    page.choose("Water", "harbour")
-    page.choose("Spread of light", "hou")
-    page.until(lambda: page.app.view.scene.psf.model == "hou")
-    page.box("Dock z (cm)").fill("2000")
-    page.page.get_by_text("Hou's point spread function holds").first.wait_for()
-    page.until(lambda: page.app.view.scene.pose.position_m[2] < 20)
-
-
 def test_scene_is_saved_and_loaded(page):
     page.box("Dock z (cm)").fill("130")
     page.until(lambda: "130.0 cm ahead" in page.status or page.z_cm == pytest.approx(130, abs=1))

@@ -2,11 +2,8 @@
 
 from dataclasses import replace
 
-import cv2
-import numpy as np
 import pytest
 from dockpose import Camera
-from dockpose.app.inputs.pictures import load_sample
 from dockpose.app.state.camera import camera_file
 from dockpose.app.state.tank import Tank, Tanks
 from dockpose.app.web.app import App
@@ -141,17 +138,6 @@ def test_notes_on_an_assumed_camera_and_dock_go_once_they_are_given_and_trust_ha
     assert "Dock found in own.png" in page.status
 
 
-def test_pose_by_hand_and_a_second_ring_are_never_green(page):
-    page.unfold("Which of the two poses")
-    page.page.get_by_role("button", name="B", exact=True).click()
-    page.until(lambda: page.trust in ("amber", "red") and "Pose B was chosen by hand" in page.status)
-    button(page, "Pose chosen by hand").click()
-    page.until(lambda: page.trust == "green")
-    one = load_sample("plain").image
-    page.upload("two.png", cv2.imencode(".png", np.hstack([one, one]))[1].tobytes())
-    page.until(lambda: page.trust == "amber" and "A second ring, of 10 lights, is in view at" in page.status)
-
-
 def test_level_and_mask_are_chips_on_the_next_picture_that_one_click_removes(page):
     page.box("Level (0-255)").fill("100")
     button(page, "Fixed level 100").wait_for()  # by then the controls of a fixed level stand where they stay
@@ -164,15 +150,6 @@ def test_level_and_mask_are_chips_on_the_next_picture_that_one_click_removes(pag
         button(page, words).wait_for(state="hidden")
     assert (page.app.view.settings.method, page.app.view.settings.masks) == ("hats", ())
     page.until(lambda: page.box("Threshold by").input_value() == "HATS (adaptive)")
-
-
-def test_number_of_lights_that_fits_is_offered_and_taken(page):
-    page.tab("Tank")
-    page.page.get_by_label("Number of lights").fill("8")
-    page.until(lambda: page.trust == "red")
-    button(page, "10 lights form a ring; the dock is set to 8. Use 10?").click()
-    page.until(lambda: page.trust == "green" and page.app.view.dock.lights == 10)
-    page.until(lambda: page.page.get_by_label("Number of lights").input_value() == "10")
 
 
 def test_box_never_keeps_a_number_that_was_not_taken(page):

@@ -82,7 +82,13 @@ def test_targets_of_make_are_there(words):
     assert all(re.search(rf"^{target}:", text, re.MULTILINE) for target in targets)
 
 
-@pytest.mark.parametrize("block", blocks_in("python"), ids=lambda block: block.name)
+@pytest.mark.parametrize(
+    "block",
+    [
+        pytest.param(block, id=block.name, marks=[pytest.mark.extra] * ("to_frame" in block.text))  # by pandas
+        for block in blocks_in("python")
+    ],
+)
 def test_programs_run(block, tank, monkeypatch, capsys):
     monkeypatch.chdir(tank)
     with registered():

@@ -11,7 +11,6 @@ import pickle
 
 import cv2
 import numpy as np
-import pandas
 import pytest
 from dockpose import Settings, estimate
 from dockpose.camera.camera import Camera
@@ -63,6 +62,7 @@ def test_to_dict_is_what_json_takes_with_the_keys_of_the_command(found, nothing)
     assert {"schema", "status", "candidates", "selected", "chosen", "threshold"} <= set(found.to_dict())
 
 
+@pytest.mark.extra
 def test_to_frame_has_a_row_for_each_candidate(found):
     table = found.to_frame()
     assert table["pose"].tolist() == ["A", "B"]
@@ -75,7 +75,10 @@ def test_to_frame_has_a_row_for_each_candidate(found):
     assert row["lights_on_ring"] == 10
 
 
+@pytest.mark.extra
 def test_to_frame_of_no_dock_is_one_row_and_tables_fit_together(found, nothing):
+    import pandas  # pyright: ignore[reportMissingImports]
+
     table = nothing.to_frame()
     assert table["status"].tolist() == ["no_lights"]
     assert table["z_m"].isna().all()

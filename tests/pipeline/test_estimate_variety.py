@@ -10,7 +10,6 @@ from tests.bench.variety import KINDS, draw, outcome
 SEEDS = range(4)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_ring_is_found_whatever_befalls_the_picture(kind):
     for seed in SEEDS:

@@ -33,7 +33,6 @@ BAD = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("text", "why"), BAD.values(), ids=BAD.keys())
 def test_a_bad_file_is_refused_in_one_short_sentence(text, why):
     start_s = time.process_time()

@@ -137,7 +137,7 @@ def test_errors_of_the_entrance_and_of_guidance_are_those_of_draws():
     rng, truth = np.random.default_rng(3), rotation_from_angles(0.3, -0.5)
     points = camera.project([0.2, 0.1, 2.0] + dock.light_points() @ truth.T)
     draws, sigmas = [], []
-    for _ in range(400):
+    for _ in range(200):
         noisy = points + 0.1 * rng.standard_normal(points.shape)
         (pose, *_) = find_poses(noisy, camera, dock)[1].candidates
         entrance, found = entrance_of(pose, dock, camera), guide(pose, dock, camera, AHEAD)

@@ -3,13 +3,12 @@
 import contextlib
 import warnings
 
-import pytest
-
 
 @contextlib.contextmanager
 def dask_cluster():
-    """Yield the address of its scheduler; skips the test where Dask is missing."""
-    distributed = pytest.importorskip("distributed")
+    """Yield the address of its scheduler."""
+    import distributed  # pyright: ignore[reportMissingImports]
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Dask's own, of its imports and at its shutdown
         with distributed.LocalCluster(
@@ -20,4 +19,4 @@ def dask_cluster():
             dashboard_address="127.0.0.1:0",
             worker_dashboard_address=None,
         ) as cluster:
-            yield cluster.scheduler_address
+            yield cluster.scheduler_address  # pyright: ignore[reportAttributeAccessIssue]

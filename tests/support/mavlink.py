@@ -43,7 +43,7 @@ def main() -> None:
     import os
 
     os.environ["MAVLINK20"] = "1"
-    from pymavlink import mavutil
+    from pymavlink import mavutil  # pyright: ignore[reportMissingImports]
 
     link: Any = mavutil.mavlink_connection("udpin:127.0.0.1:0", dialect="ardupilotmega")
     print(link.port.getsockname()[1], flush=True)

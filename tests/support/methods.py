@@ -10,7 +10,6 @@ from unittest.mock import patch
 
 from dockpose import register_threshold
 from dockpose.thresholds import METHODS
-from dockpose.thresholds.methods import Entry, Methods
 
 
 @contextlib.contextmanager
@@ -20,11 +19,6 @@ def registered(**methods: tuple[str, Callable]) -> Iterator[None]:
         for name, (title, function) in methods.items():
             register_threshold(name, title=title)(function)
         yield
-
-
-def entered(**methods: Entry):
-    """Meanwhile the registry has these lines too, as it has those of the library's own methods."""
-    return patch.object(METHODS, "_entries", METHODS._entries | Methods(**methods)._entries)
 
 
 def install(folder: Path, package: str, code: str, **points: str) -> None:

@@ -1,18 +1,15 @@
 """A program that takes frames at full speed until it is killed, and the check of what it leaves."""
 
+import csv
 import hashlib
 import json
-import shutil
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-import msgspec
 import numpy as np
-import pandas
 import yaml
 from dockpose import estimate
 from dockpose.app.experiment import Session
-from dockpose.app.experiment.record import COLUMNS, csv_text
 from dockpose.simulate import render
 from PIL import Image
 
@@ -21,21 +18,6 @@ from tests.support.scenes import CAMERA, DOCK, random_scene
 # Made once, in the server that the programs are forked from.
 PICTURE = render(random_scene(2))[0]
 FOUND = estimate(PICTURE, CAMERA, DOCK)
-
-
-def long_session(folder: Path, rows: int) -> Path:
-    """Make a session of so many rows, of one picture, each with an attitude that was measured."""
-    with Session.create(folder) as session:
-        first = session.take(PICTURE, FOUND, "tank", notes="as measured, by hand")
-    lines = [COLUMNS]
-    for n in range(1, rows + 1):
-        measured = {"measured_z_cm": 100 + n / 100, "measured_theta_y_deg": n / 100}
-        row = msgspec.structs.replace(first, number=n, file=f"frames/{n:04d}.png", **measured)
-        lines.append(msgspec.structs.astuple(row))
-        for ending in (".png", ".json") if n > 1 else ():
-            shutil.copy(folder / f"frames/0001{ending}", folder / f"frames/{n:04d}{ending}")
-    (folder / "results.csv").write_text(csv_text(lines))
-    return folder
 
 
 def take_until_killed(folder: str, confirmed: Connection) -> None:
@@ -58,10 +40,11 @@ def faults(folder: Path, confirmed: set[int]) -> tuple[list[int], list[str]]:
     except (ValueError, yaml.YAMLError, AssertionError, KeyError):
         bad.append("session.yaml")
     try:
-        table = pandas.read_csv(folder / "results.csv")
-        rows = set(table["number"])
-        checksums = dict(zip(table["file"], table["sha256"], strict=True))
-        assert set(table["notes"]) <= {"kill"}
+        with (folder / "results.csv").open(encoding="utf-8", newline="") as file:
+            table = list(csv.DictReader(file))
+        rows = {int(row["number"]) for row in table}
+        checksums = {row["file"]: row["sha256"] for row in table}
+        assert {row["notes"] for row in table} <= {"kill"}
     except (ValueError, AssertionError, KeyError):
         bad.append("results.csv")
         checksums = {}

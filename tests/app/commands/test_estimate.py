@@ -33,7 +33,6 @@ def lines(text):
     return [json.loads(line) for line in text.splitlines()]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", sample_names())
 def test_every_sample_scene_has_the_truth_among_its_two_candidates(name, json_lines):
     truth = load_sample(name).truth
@@ -119,13 +118,6 @@ def test_camera_of_another_size_is_refused_by_name(tank, refusal):
     assert "wide.png: the image is 640 x 400 pixels, but the camera was calibrated at 640 x 480" in told
 
 
-def test_a_minimum_area_leaves_out_smaller_groups(tank, json_lines):
-    (line,) = json_lines("estimate", "s1.png", "--min-area", "100000")
-    assert line["settings"]["min_area_px"] == 100000
-    assert line["status"] == "no_lights"
-
-
-@pytest.mark.slow
 def test_where_the_number_of_lights_would_help_it_is_asked_for(tank, capsys):
     rng = np.random.default_rng(0)
     specks = np.full((480, 640), 10, np.uint8)
@@ -139,10 +131,10 @@ def test_where_the_number_of_lights_would_help_it_is_asked_for(tank, capsys):
     assert "Give --lights" not in capsys.readouterr().out
 
 
-def test_a_fixed_level_is_used(tank, json_lines):
-    (line,) = json_lines("estimate", "s1.png", "--level", "60")
-    assert line["threshold"]["method"] == "fixed"
-    assert line["threshold"]["level"] == 60
+def test_a_fixed_level_and_a_minimum_area_are_used(tank, json_lines):
+    (line,) = json_lines("estimate", "s1.png", "--level", "60", "--min-area", "100000")
+    assert (line["threshold"]["method"], line["threshold"]["level"]) == ("fixed", 60)
+    assert (line["settings"]["min_area_px"], line["status"]) == (100000, "no_lights")
 
 
 @pytest.mark.slow

@@ -364,6 +364,7 @@ def a_vehicle_sends(folder, port):
         thread.join()
 
 
+@pytest.mark.extra
 @pytest.mark.slow
 def test_a_vehicles_stream_goes_to_its_autopilot_and_into_a_recording(here, tmp_path):
     """Each message is of a line in the results, and the dock is where the vehicle is not."""

@@ -110,11 +110,11 @@ def test_simulate_and_bag_on_a_full_disk(tmp_path, video):
     assert "x.mcap: cannot be written (the disk or this account takes no larger file)" in done.stderr
 
 
+@pytest.mark.extra
 @pytest.mark.slow
 @pytest.mark.parametrize("limit_bytes", [0, 30_000])
 def test_a_recording_for_rerun_on_a_full_disk_is_told(tmp_path, video, limit_bytes):
     """Rerun itself only logs that it cannot write, and then waits for ever or ends as if all were well."""
-    pytest.importorskip("rerun")
     done = run_on_full_disk(limit_bytes, tmp_path, "estimate", str(video), "--rerun", "a.rrd")
     assert done.returncode == 1
     assert "a.rrd: cannot be written (the disk or this account takes no larger file)" in done.stderr.splitlines()[-1]

@@ -1,9 +1,8 @@
-"""The commands for papers, the study on a few real scenes; kills and a cluster are in tests/bench/bench_study.py."""
+"""The commands for papers, the study on a few real scenes."""
 
 import csv
 import io
 
-import pandas as pd
 import pytest
 from dockpose import Camera, Dock
 from dockpose.app.cli import main
@@ -105,8 +104,11 @@ def alone(tmp_path_factory, few_plots):
     return folder
 
 
+@pytest.mark.extra
 @pytest.mark.slow
 def test_the_table_loads_with_pandas(alone):
+    import pandas as pd  # pyright: ignore[reportMissingImports]
+
     table = pd.read_csv(alone / "study.csv")
     assert len(table) == SCENES * len(methods())
     assert set(table["outcome"]) <= set(OUTCOMES)
@@ -117,6 +119,7 @@ def test_the_table_loads_with_pandas(alone):
     assert len(cost) == len(table)
 
 
+@pytest.mark.slow
 def test_page_and_plots_are_there(alone):
     text = (alone / "index.html").read_text(encoding="utf-8")
     assert "Which method when" in text

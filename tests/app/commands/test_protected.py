@@ -272,7 +272,9 @@ def begun(*arguments, **more):
     raise AssertionError("work began")
 
 
-@pytest.mark.parametrize("words", READ_ONLY)
+@pytest.mark.parametrize(
+    "words", [pytest.param(one, marks=[pytest.mark.extra] * ("--rerun" in one)) for one in READ_ONLY]
+)
 def test_a_folder_that_is_read_only_is_named_before_work_begins(folder, read_only, monkeypatch, refusal, words):
     monkeypatch.chdir(folder)
     for name in WORK:

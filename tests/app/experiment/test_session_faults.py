@@ -90,7 +90,6 @@ def test_a_disk_that_is_full_at_any_step_of_taking_leaves_all_as_before(tmp_path
         assert faults(session.folder, set(range(1, steps + 2))) == ([], [])
 
 
-@pytest.mark.slow
 def test_a_disk_that_stays_full_leaves_no_row_without_its_frame(tmp_path, monkeypatch):
     with Session.create(tmp_path / "tank") as session:
         for refused in range(1, 15):
@@ -166,7 +165,6 @@ def test_a_read_only_folder_is_said_at_once(tmp_path, monkeypatch):
     (tmp_path / "tank").chmod(0o755)
 
 
-@pytest.mark.slow
 def test_the_second_of_two_is_told(tmp_path):
     with Session.create(tmp_path / "tank"):
         with pytest.raises(SessionError, match=f"it is in use by process {os.getpid()}"):

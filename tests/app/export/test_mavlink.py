@@ -23,6 +23,7 @@ from scipy.spatial.transform import Rotation
 from tests.support.mavlink import receiving
 from tests.support.scenes import CAMERA, DOCK, random_scene
 
+pytestmark = pytest.mark.extra
 GREEN = Trust("green", "Dock found")
 NUMBERS = itertools.count()
 

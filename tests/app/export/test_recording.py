@@ -22,6 +22,7 @@ from dockpose.sources import Arrival, Frame, Live, Wishes, open_frames
 from dockpose.sources import capture as streaming
 
 from tests.support.cameras import V4l2Camera, jpeg_of
+from tests.support.clock import until
 from tests.support.streams import MjpegServer
 
 NOON_S = 1782907200.123456
@@ -123,16 +124,22 @@ def test_a_recording_without_frames_leaves_no_file(tmp_path):
 
 def test_frames_that_there_is_no_time_for_are_counted(tmp_path, monkeypatch):
     monkeypatch.setattr(recording, "MOST_WAITING_BYTES", 3 * 48 * 64)
-    is_slow = threading.Event()
+    has_begun, may_go = threading.Event(), threading.Event()
     write = recording._Pictures.write
-    monkeypatch.setattr(recording._Pictures, "write", lambda self, arrival: (is_slow.wait(), write(self, arrival)))
+
+    def slowly(self, arrival):
+        has_begun.set()
+        assert may_go.wait(60)
+        write(self, arrival)
+
+    monkeypatch.setattr(recording._Pictures, "write", slowly)
     told = []
     kept = Recording(tmp_path / "tank.mkv", told.append)
     for arrival in arrivals():
         kept.take(arrival)
-        time.sleep(0.02)
+        assert has_begun.wait(60)
     assert kept.missing == 3  # of seven, one is being written, and three wait
-    is_slow.set()
+    may_go.set()
     kept.close()
     assert len(read(tmp_path / "tank.mkv")) == 4
     assert len(told) == 2
@@ -148,16 +155,13 @@ def test_a_full_disk_ends_the_recording_with_one_sentence(tmp_path):
     taken = arrivals(np.arange(40) / 50, shape=(480, 640))
     for arrival in taken[:20]:
         kept.take(arrival)
-    while kept.frames < 20:
-        time.sleep(0.01)
+    until(lambda: kept.frames == 20)
     file: Any = kept._part._video._file  # pyright: ignore
     file._file.close()
     file._file = open("/dev/full", "wb", buffering=0)  # noqa: SIM115
     for arrival in taken[20:]:
         kept.take(arrival)
-    end_s = time.monotonic() + 5
-    while kept.is_running and time.monotonic() < end_s:
-        time.sleep(0.01)
+    until(lambda: not kept.is_running)
     kept.close()
     assert told[0].endswith(
         "cannot be written (the disk is full); what was written before is kept (pictures: 19); "

@@ -255,6 +255,7 @@ def values(run):
     return found
 
 
+@pytest.mark.extra
 def test_poses_chances_lights_and_words_are_those_of_the_lines(run, values):
     for line in map(json.loads, (run / "a.jsonl").read_text().splitlines()):
         frame = line["frame"]
@@ -281,6 +282,7 @@ def test_poses_chances_lights_and_words_are_those_of_the_lines(run, values):
         assert values["/chance/track"]["Scalars:scalars"][frame] == [line["track"]["probability"]]
 
 
+@pytest.mark.extra
 def test_the_pictures_and_the_camera_are_there(values):
     image = values["/camera/image"]
     blob = image["EncodedImage:blob"][0][0]
@@ -291,6 +293,7 @@ def test_the_pictures_and_the_camera_are_there(values):
     assert pytest.approx(CAMERA.matrix) == np.reshape(image["Pinhole:image_from_camera"][0][0], (3, 3)).T
 
 
+@pytest.mark.extra
 def test_the_timelines_are_those_of_the_bag(values):
     status = values["/status"]
     seconds = [status["time"][frame].total_seconds() for frame in range(RERUN_FRAMES)]
@@ -298,6 +301,7 @@ def test_the_timelines_are_those_of_the_bag(values):
     assert status["time_of_day"][3].timestamp() == pytest.approx(bags.START_NS / 1e9 + 0.3, abs=1e-5)
 
 
+@pytest.mark.extra
 def test_what_cannot_be_is_refused_in_a_sentence(run, monkeypatch, capsys):
     words = ["estimate", str(run / "run.mcap"), "--camera", str(run / "camera.yaml"), *KNOWN]
     assert main([*words, "--rerun", str(run / "a.txt")]) == 2

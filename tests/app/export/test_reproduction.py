@@ -7,14 +7,13 @@ from dockpose.app.export.parts import NumberTable
 from dockpose.app.export.reproduction import poses
 from dockpose.app.export.reproduction.levels import figure_3
 from dockpose.app.export.reproduction.methods import share_rows
-from dockpose.app.export.reproduction.poses import figure_17, figure_17_part, table_1_part
-from dockpose.app.export.reproduction.spread import figure_7
+from dockpose.app.export.reproduction.poses import figure_17, table_1_part
 from dockpose.app.export.reproduction.tank import budget_part, table_part
 from dockpose.paper.closed_loop import RULES, Course
 from dockpose.paper.error_budget import CAMERA, ITEMS, Budget
 from dockpose.paper.light_numbers import errors_with
 from dockpose.paper.lights.rivals import Tally
-from dockpose.paper.tables import TABLES, Row, reproduce_row
+from dockpose.paper.tables import TABLES, Row
 
 
 @pytest.mark.slow
@@ -51,16 +50,6 @@ def test_the_same_seed_gives_the_same_bytes(monkeypatch, tmp_path):
     assert figure_17(3) == part
 
 
-@pytest.mark.slow
-def test_four_lights_have_no_ellipse_in_the_table():
-    counts = ((4, 4), (10, 10), (24, 24), (12, 12), (4, 12), (5, 12), (6, 12))
-    part = figure_17_part({cell: errors_with(*cell, seed=1, trials=4) for cell in counts})
-    position = part.tables[0].rows
-    assert position[0][:2] == ["4 of 4", None]
-    assert all(value is not None for value in position[1][1:])
-    assert "0.3 px" in part.ours
-
-
 def course(right, off_axis_deg=0.5):
     flags = np.array(right, dtype=bool)
     return Course(2.0, 20.0, flags, np.linspace(20.0, off_axis_deg, len(flags)))
@@ -82,10 +71,6 @@ def test_what_is_counted():
     assert rows["tracker"][1] == "72.2 to 100.0"
     assert "3 approaches by the letter and 0 as we read it" in part.differs
     assert "1 approaches by the letter and 0 as we read it" in part.differs
-
-
-def test_the_same_approaches_give_the_same_bytes():
-    assert table_1_part(courses()) == table_1_part(courses())
 
 
 def off_by(name, offset, epnp=0.0):
@@ -114,13 +99,6 @@ def test_the_printed_range_of_table_4_is_off_by_a_scale_that_its_epnp_does_not_s
     assert "8.1 mm" in text
     assert "off by -2.3 %" in text
     assert "both signs" in table_part("2", off_by("2", 0.1)).differs
-
-
-def test_pictures_in_which_epnp_took_another_pose_are_counted_apart():
-    rows = off_by("4", 0.1, epnp=0.2)
-    rows[0].epnp[0, 3] += 50
-    rows[1].epnp[1] = np.nan
-    assert "but for 2 pictures" in table_part("4", rows).ours
 
 
 def budget(together):
@@ -154,16 +132,3 @@ def test_columns_in_which_it_exceeds_the_paper_are_named(undrawn):
     assert "theta x of Table 2 (0.25 against 0.2)" in text
     assert "theta x of Table 4" not in text
     assert "In no column" in budget_part(budget(0.05)).differs
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "made",
-    [
-        lambda: figure_7(5),
-        lambda: budget_part(budget(0.3)),
-        lambda: table_part("2", [reproduce_row("2", number, seed=7, draws=1) for number in range(5)]),
-    ],
-)
-def test_the_same_rows_give_the_same_bytes(made):
-    assert made() == made()

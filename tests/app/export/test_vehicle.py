@@ -96,10 +96,9 @@ def with_errors(pose: CirclePose, covariance: np.ndarray) -> CirclePose:
 
 
 @pytest.mark.parametrize("vehicle", [AHEAD, TILTED], ids=["ahead", "tilted"])
-@pytest.mark.parametrize("seed", range(3))
-def test_the_covariance_is_that_of_many_poses(vehicle, seed):
+def test_the_covariance_is_that_of_many_poses(vehicle):
     """Poses drawn about one by its position's and its face's errors, each turned into what is sent."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     pose = pose_of(*rng.uniform([-1, -1, 1], [1, 1, 4]), *rng.uniform(-40, 40, 2))
     root = rng.normal(size=(5, 5)) * 1e-4
     covariance = np.zeros((6, 6))

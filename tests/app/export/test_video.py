@@ -79,7 +79,6 @@ for number in range(10_000):
 """
 
 
-@pytest.mark.slow
 def test_an_mp4_whose_writer_is_killed_has_all_frames_but_the_last(tmp_path):
     path, done = tmp_path / "a.mp4", 0
     with subprocess.Popen([sys.executable, "-c", _WRITES, str(path)], stdout=subprocess.PIPE, text=True) as writer:

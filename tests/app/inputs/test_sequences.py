@@ -1,15 +1,10 @@
 """Sequences that the page can play: which there are, opening them, and reading their frames."""
 
-import importlib
 import math
-import shutil
-import sys
 from dataclasses import replace
 from pathlib import Path
-from unittest import mock
 
 import cv2
-import dockpose
 import msgspec
 import numpy as np
 import pytest
@@ -27,7 +22,6 @@ from dockpose.sources import Simulated, SourceError, Wishes
 from PIL import Image
 
 from tests.support import bags
-from tests.support.layout import ROOT
 
 CAMERA = Camera(350, 350, 159.5, 119.5, 320, 240)
 SCENE = Scene(
@@ -263,76 +257,3 @@ def test_what_is_no_number_is_refused_by_its_name():
     """What else is refused is tried in tests/app/commands/test_arguments.py."""
     with pytest.raises(UserError, match="Exposure is 'long'; it must be a number"):
         wishes_from(asked(exposure="long"), NAMES)
-
-
-# What the recipe names: the source itself, by which text it is known, and where it is opened.
-SOURCE = '''
-from pathlib import Path
-
-import numpy as np
-
-from dockpose.sources.frames import Frame, Frames, SourceError
-
-
-class Levels(Frames):
-    """Grey pictures of the levels that a text file has, ten a second; what is no level is left out."""
-
-    def __iter__(self):
-        words = Path(self.source).read_text().split()
-        if not words:
-            raise SourceError(f"{self.source}: has no levels")
-        for index, word in enumerate(words):
-            if word.isdecimal():
-                yield self._turned(Frame(np.full((4, 6), int(word), np.uint8), index, index / 10, self.source))
-            else:
-                self._skip(f"{self.source}: frame {index} is {word!r}; it must be a level")
-'''
-EDITS = [
-    ('    SIMULATED = "simulated"\n', '    LEVELS = "levels"\n'),
-    ("            return Kind.GLOB\n", '    if path.suffix == ".levels":\n        return Kind.LEVELS\n'),
-    ("from dockpose.sources.frames import Frame, Frames, SourceError, Tell\n", "from .levels import Levels\n"),
-    (
-        "        frames = Bag(name, tell, topic)\n",
-        "    elif kind is Kind.LEVELS:\n        frames = Levels(name, tell)\n",
-    ),
-]
-
-
-@pytest.fixture
-def with_levels(tmp_path, monkeypatch):
-    """The sources with one more, and what opens them for the command line and the page, all imported anew."""
-    folder = tmp_path / "sources"
-    shutil.copytree(ROOT / "pipeline" / "sources", folder, ignore=shutil.ignore_patterns("__pycache__"))
-    (folder / "levels.py").write_text(SOURCE)
-    text = (folder / "opening.py").read_text()
-    for after, line in EDITS:
-        assert text.count(after) == 1
-        text = text.replace(after, after + line)
-    (folder / "opening.py").write_text(text)
-    monkeypatch.setattr(dockpose, "__path__", [str(tmp_path), *dockpose.__path__])
-    anew = ("dockpose.sources", "dockpose.app.inputs")
-    known = {name: module for name, module in sys.modules.items() if name.startswith(anew)}
-    with mock.patch.dict(sys.modules):
-        for name in known:
-            del sys.modules[name]
-        yield importlib.import_module("dockpose.app.inputs.sequences")
-    for name, module in known.items():  # an import also sets the name in the package above
-        above, _, last = name.rpartition(".")
-        setattr(sys.modules[above], last, module)
-
-
-def test_a_source_that_is_added_in_two_files_opens_by_name_everywhere(with_levels, tmp_path):
-    path, told = tmp_path / "dive.levels", []
-    path.write_text("10 20 dark 40")
-    (typed,) = with_levels.resolve([str(path)], CAMERA, SCENE.dock, told.append)
-    for source in (typed, with_levels.given(str(path), CAMERA, SCENE.dock)):
-        told.clear()
-        with source.open(told.append) as frames:
-            found = list(frames)
-        levels = [(frame.index, frame.time_s, int(frame.image[0, 0])) for frame in found]
-        assert levels == [(0, 0.0, 10), (1, 0.1, 20), (3, 0.3, 40)]
-        assert (frames.skipped, frames.camera, frames.dock) == (1, CAMERA, SCENE.dock)
-        assert told == [f"{path}: frame 2 is 'dark'; it must be a level"]
-    path.write_text("")
-    with pytest.raises(ValueError, match=r"dive\.levels: has no levels"), typed.open(told.append) as frames:
-        list(frames)

@@ -68,6 +68,7 @@ def test_processes_give_the_same_lines_in_the_same_order(tank, monkeypatch, caps
     assert alone[0] == (1 if source[0] == "pictures" else 0)
 
 
+@pytest.mark.extra
 @pytest.mark.slow
 def test_a_dask_cluster_gives_the_same_lines(tank, monkeypatch, capsys):
     monkeypatch.chdir(tank)
@@ -77,8 +78,8 @@ def test_a_dask_cluster_gives_the_same_lines(tank, monkeypatch, capsys):
     assert len(alone[1]) == FRAMES
 
 
+@pytest.mark.extra
 def test_a_scheduler_that_does_not_answer_is_told(tank, monkeypatch, capsys):
-    pytest.importorskip("distributed")
     monkeypatch.chdir(tank)
     monkeypatch.setattr("dockpose.app.processing.parallel.SCHEDULER_TIMEOUT_S", 0.5)
     with warnings.catch_warnings():

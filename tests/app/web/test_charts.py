@@ -2,25 +2,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import pytest
 from dockpose.app.processing.comparison import LevelSweep
-from dockpose.app.web.charts import Chart, SweepChart, error_points, fitting_ends, sweep_sentence, sweep_top_px
+from dockpose.app.web.charts import Chart, SweepChart, error_points, sweep_sentence, sweep_top_px
 
 from tests.support.rows import changed
 
 FOUND = LevelSweep(np.array([100, 120]), np.array([[3.0, 1.0, 0.1], [3.0, 1.0, 0.1]]), "the true centre")
 NOTHING = LevelSweep(np.array([100, 120, 255]), np.full((3, 3), np.nan), "the true centre")
-
-
-@pytest.mark.parametrize("numbers", [[0.0], [1.0, 2.0], [-0.3, 4.0], [np.nan, 12.0, 1900.0]])
-def test_axis_holds_all_numbers_with_room(numbers):
-    low, high = fitting_ends(np.array(numbers), 0.1)
-    assert low < np.nanmin(numbers) <= np.nanmax(numbers) < high
-    assert high - low < 4 * max(np.nanmax(numbers) - np.nanmin(numbers), 0.1)
-
-
-def test_axis_of_nothing():
-    assert fitting_ends(np.array([np.nan]), 1.0) == (0.0, 1.0)
 
 
 class _Gui:
@@ -60,10 +48,3 @@ def test_a_sweep_grows_and_one_that_found_nothing_is_drawn_without_gaps():
     assert "true centre" in sweep_sentence(FOUND)
     assert ">A dock at 2 of 2 levels" in chart._sentence.content
     assert sweep_top_px(NOTHING) == 1
-
-
-@pytest.mark.parametrize(
-    ("error_px", "top"), [(0.0, 1), (0.9, 1), (0.95, 2), (4, 5), (4.6, 10), (30, 50), (95, 200), (450, 500)]
-)
-def test_axis_of_a_sweep_ends_at_a_round_number(error_px, top):
-    assert sweep_top_px(LevelSweep(np.array([9]), np.full((1, 3), error_px), "nothing")) == top

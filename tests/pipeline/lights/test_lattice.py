@@ -62,7 +62,6 @@ def test_lamps_in_rows_and_columns_are_no_ring(count):
     assert not any(ring_of(grid, count).found for grid in grids)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("count", [10, None])
 @pytest.mark.parametrize("seed", range(5))
 def test_a_dock_in_front_of_a_lattice_is_found(seed, count):
@@ -84,7 +83,6 @@ def test_what_forms_no_lattice_is_not_taken_for_one():
         assert not repeating(points).any()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("count", [4, 6, 10])
 def test_rings_among_strays_do_not_go_on_beyond_themselves(count):
     unit = Dock(2.0, count).light_points()[:, :2]

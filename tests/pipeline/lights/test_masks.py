@@ -94,7 +94,6 @@ def test_a_masked_light_is_no_light():
     assert np.linalg.norm(found.markers.points_px - truth.lights_px[0], axis=1).min() > 30
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("bits", [8, 16])
 def test_what_is_under_a_mask_makes_no_difference(method, bits):
@@ -254,7 +253,6 @@ def drifting(rng):
     return lambda frame: np.mod(start + frame * speed, 400)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
 def test_a_dock_at_rest_is_never_masked_in_snow_that_a_current_carries(seed):
     masks, points = lettering(120, drifting(np.random.default_rng(seed)), seed)
@@ -317,7 +315,6 @@ def test_burnt_in_text_is_masked_while_the_vehicle_hovers_and_no_light_ever_is()
         assert not hidden[y, x].any()
 
 
-@pytest.mark.slow
 def test_a_dock_that_hovers_on_the_spot_in_snow_is_not_masked():
     masks, _ = filmed(Hover(frames=12, drift_m=0.0, drift_deg=0.0), snow=Snow(count=100, level=200.0))
     assert masks == ()

@@ -57,6 +57,7 @@ def test_a_dock_square_on_the_axis_by_hand():
         np.testing.assert_allclose(pose.centre_px, [320, 240], atol=1e-6)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("seed", range(30))
 def test_both_poses_agree_with_pycalib(seed):
     solve = pycalib_circle().solve_circle_3d
@@ -82,7 +83,7 @@ def pycalib_circle():
     """The one module of pycalib that is needed; its package's __init__ would want plotting and tables as well."""
     package = importlib.util.find_spec("pycalib")
     if package is None or package.origin is None:
-        pytest.fail("pycalib-simple is not installed; `make test` installs it, with --no-deps")
+        pytest.fail("pycalib-simple is not installed; it takes pip install --no-deps")
     path = Path(package.origin).parent / "circle.py"
     spec = importlib.util.spec_from_file_location("pycalib_circle", path)
     assert spec is not None

@@ -87,16 +87,28 @@ def test_what_the_residuals_show_of_the_lights_is_not_counted_again():
     [
         PINHOLE,
         Camera(700, 705, 310, 245, 640, 480, sigma={"fx_px": 3.0, "fy_px": 3.0, "cx_px": 4.0, "cy_px": 3.0}),
-        Camera(
-            *(700, 700, 319.5, 239.5, 640, 480, (-0.2, 0.05, 0.0, 0.0)),
-            sigma={"fx_px": 2.0, "fy_px": 2.0, "cx_px": 2.0, "cy_px": 2.0, "distortion": [0.02, 0.02, 0.001, 0.001]},
-            covariance=np.diag(np.square([2.0, 2.0, 2.0, 2.0, 0.02, 0.02, 0.001, 0.001]))
-            + 3.9 * np.outer([1, 1, 0, 0, 0, 0, 0, 0], [1, 1, 0, 0, 0, 0, 0, 0]) * (1 - np.eye(8)),
+        pytest.param(
+            Camera(
+                *(700, 700, 319.5, 239.5, 640, 480, (-0.2, 0.05, 0.0, 0.0)),
+                sigma={
+                    "fx_px": 2.0,
+                    "fy_px": 2.0,
+                    "cx_px": 2.0,
+                    "cy_px": 2.0,
+                    "distortion": [0.02, 0.02, 0.001, 0.001],
+                },
+                covariance=np.diag(np.square([2.0, 2.0, 2.0, 2.0, 0.02, 0.02, 0.001, 0.001]))
+                + 3.9 * np.outer([1, 1, 0, 0, 0, 0, 0, 0], [1, 1, 0, 0, 0, 0, 0, 0]) * (1 - np.eye(8)),
+            ),
+            marks=pytest.mark.slow,
         ),
-        Camera(
-            *(700, 700, 319.5, 239.5, 640, 480),
-            port=FlatPort(0.03, 0.01),
-            sigma={"fx_px": 2.0, "fy_px": 2.0, "cx_px": 2.0, "cy_px": 2.0, "air_gap_m": 0.003, "glass_m": 0.001},
+        pytest.param(
+            Camera(
+                *(700, 700, 319.5, 239.5, 640, 480),
+                port=FlatPort(0.03, 0.01),
+                sigma={"fx_px": 2.0, "fy_px": 2.0, "cx_px": 2.0, "cy_px": 2.0, "air_gap_m": 0.003, "glass_m": 0.001},
+            ),
+            marks=pytest.mark.slow,
         ),
     ],
     ids=["usual", "known", "bent", "port"],

@@ -357,13 +357,13 @@ def test_rims_and_domes_add_their_share_of_light_around_and_in_front():
             float
         )
 
-    alone = of(0.0, 0.0)
-    assert of(0.5, 0.0).sum() / alone.sum() == pytest.approx(1.5, rel=0.03)
-    assert of(0.0, 0.5).sum() / alone.sum() == pytest.approx(1.5, rel=0.05)
+    alone, rim, dome = of(0.0, 0.0), of(0.5, 0.0), of(0.0, 0.5)
+    assert rim.sum() / alone.sum() == pytest.approx(1.5, rel=0.03)
+    assert dome.sum() / alone.sum() == pytest.approx(1.5, rel=0.05)
     y, x = np.mgrid[: alone.shape[0], : alone.shape[1]]
     outwards = np.hypot(x - 319.5, y - 239.5)
     # A dome is nearer to the camera than its lamp, so that it lies farther out; a rim has its lamp's centre.
-    means = [np.average(outwards, weights=image) for image in (alone, of(0.5, 0.0), of(0.0, 0.5))]
+    means = [np.average(outwards, weights=image) for image in (alone, rim, dome)]
     assert means[1] == pytest.approx(means[0], abs=0.3)
     assert means[2] > means[0] + 0.3
 

@@ -8,6 +8,7 @@ from dockpose.sources import NO_WISHES, Live, Wishes, camera_number, kind_of, op
 from dockpose.sources.opening import Kind
 
 from tests.support.cameras import V4l2Camera
+from tests.support.clock import until
 
 GREY = [np.full((480, 640), level, np.uint8) for level in range(0, 250)]
 DEEP = [np.full((480, 640), 257 * level + 3, np.uint16) for level in range(0, 250)]
@@ -100,9 +101,7 @@ def test_wishes_are_passed_on_while_it_runs(monkeypatch):
     with frames:
         next(iter(frames))
         frames.ask(Wishes(exposure=25))
-        end_s = time.monotonic() + 5
-        while "25 set" not in frames.about and time.monotonic() < end_s:
-            time.sleep(0.01)
+        until(lambda: "25 set" in frames.about)
         assert camera.controls[cv2.CAP_PROP_EXPOSURE] == 25
     assert frames.about.endswith("exposure 25 asked, 25 set")
 

@@ -1,7 +1,6 @@
 import cv2
 import numpy as np
 import pytest
-import SimpleITK
 from dockpose.simulate import render
 from dockpose.thresholds import histogram_of, otsu
 from dockpose.thresholds.classic import find_peaks, kapur, kittler, kittler_criterion, sezan
@@ -39,8 +38,11 @@ def test_otsu_is_opencvs(index):
     assert same_mask(image, otsu(histogram_of(image)).level, int(theirs) + 1)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("index", range(len(PICTURES)))
 def test_kapur_is_the_insight_toolkits(index):
+    import SimpleITK  # pyright: ignore[reportMissingImports]
+
     image = PICTURES[index]
     # Every level must occur, so that the toolkit's 256 bins are the levels.
     image = np.vstack([image.reshape(-1)[: 256 * (image.size // 256)].reshape(-1, 256), np.arange(256, dtype=np.uint8)])

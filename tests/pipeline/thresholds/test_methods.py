@@ -4,14 +4,11 @@ import sys
 import numpy as np
 import pytest
 from dockpose import Settings, estimate, register_threshold
-from dockpose.app.processing.comparison import compare
 from dockpose.palette import rgb
 from dockpose.simulate import render
-from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, histogram_of
-from dockpose.thresholds.histogram import threshold_at
-from dockpose.thresholds.methods import Entry
+from dockpose.thresholds import METHODS, MethodError, histogram_of
 
-from tests.support.methods import entered, install, registered
+from tests.support.methods import install, registered
 from tests.support.scenes import CAMERA, DOCK, random_scene
 
 
@@ -29,27 +26,6 @@ def test_a_method_of_ones_own_stands_before_the_fixed_level():
     assert not METHODS.is_own("hats")
     with pytest.raises(ValueError, match="method is 'mine'; it must be one of hats, hats_local, otsu"):
         Settings(method="mine")
-
-
-def middle(histogram: Histogram) -> Threshold:
-    """Half way from the darkest to the brightest level, as docs/code.md writes it."""
-    present = np.flatnonzero(histogram.counts)
-    level = 256 if len(present) < 2 else int(present[0] + present[-1] + 1) // 2
-    return threshold_at("middle", histogram, level, "It is half way up.")
-
-
-def test_a_method_of_the_library_takes_its_function_and_a_line_of_the_registry():
-    with entered(middle=Entry("Half way", middle, "#123456", "h")):
-        assert list(METHODS)[-2:] == ["middle", "fixed"]
-        assert not METHODS.is_own("middle")
-        assert (METHODS.title("middle"), METHODS.short("middle")) == ("Half way", "Half way")
-        assert METHODS.look("middle") == ("#123456", "h")
-        image, _ = render(random_scene(1))
-        compared = compare(image, CAMERA, DOCK)["middle"]
-        alone = estimate(image, CAMERA, DOCK, Settings(method="middle"))
-        half = (int(image.min()) + int(image.max()) + 1) // 2
-        levels = [None if one.threshold is None else one.threshold.level for one in (compared, alone)]
-        assert levels == [half, half]
 
 
 def test_each_method_is_told_from_the_others_by_its_title_and_its_look():

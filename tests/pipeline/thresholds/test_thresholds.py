@@ -141,7 +141,6 @@ def test_a_bright_background_of_more_than_a_tenth_is_no_light():
     assert threshold.level == 240
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(25))
 def test_hats_finds_every_light_of_a_random_scene(seed):
     image, truth = render(random_scene(seed))
@@ -247,7 +246,6 @@ def test_two_levels_are_told_apart_of_8_and_of_16_bits(method):
     assert (deep.level, deep.native_level) == (threshold.level, 256 * threshold.level)
 
 
-@pytest.mark.slow
 @BY_THE_PICTURE
 @pytest.mark.parametrize("seed", range(3))
 def test_16_bit_pictures_have_the_level_of_their_256_bins(method, seed):

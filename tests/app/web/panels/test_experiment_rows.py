@@ -6,7 +6,6 @@ from html.parser import HTMLParser
 
 import msgspec
 import numpy as np
-import pandas
 import pytest
 from dockpose.app.experiment import Row
 from dockpose.app.export.data import (
@@ -87,7 +86,10 @@ def test_cells_are_estimated_with_measured_in_brackets():
     assert {len(cells) for cells in table(ROWS, with_errors=False).body} == {7}
 
 
+@pytest.mark.extra
 def test_pandas_reads_the_csv_with_the_same_numbers():
+    import pandas  # pyright: ignore[reportMissingImports]
+
     read = pandas.read_csv(io.StringIO(csv_table(ROWS)))
     np.testing.assert_allclose(read["error_z_cm"], [1, -3, np.nan])
     np.testing.assert_allclose(read["measured_z_cm"], [100, 200, 300])

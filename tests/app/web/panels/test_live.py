@@ -122,6 +122,7 @@ def test_a_stream_or_nothing_has_no_camera_to_ask(tmp_path):
         assert not (tmp_path / RECORDINGS_FOLDER).exists()
 
 
+@pytest.mark.extra
 def test_what_goes_to_the_autopilot_is_switched_and_shown(tmp_path, monkeypatch):
     picture = render(random_scene(4, camera=SMALL, position_m=(0.0, 0.0, 1.0)))[0]
     monkeypatch.setattr(cv2, "VideoCapture", V4l2Camera.make([picture] * 5000, rates_hz=(50.0,), sizes=((320, 240),)))
@@ -143,6 +144,7 @@ def test_what_goes_to_the_autopilot_is_switched_and_shown(tmp_path, monkeypatch)
             assert not live._sending.visible
 
 
+@pytest.mark.extra
 def test_nothing_is_sent_while_the_dock_is_assumed(tmp_path, monkeypatch):
     picture = render(random_scene(4, camera=SMALL, position_m=(0.0, 0.0, 1.0)))[0]
     monkeypatch.setattr(cv2, "VideoCapture", V4l2Camera.make([picture] * 5000, rates_hz=(50.0,), sizes=((320, 240),)))

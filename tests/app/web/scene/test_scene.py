@@ -6,8 +6,7 @@ from dockpose import Camera, Dock, estimate
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_method
 from dockpose.app.web.scene import scene as drawn
-from dockpose.app.web.scene.surroundings import labels
-from dockpose.app.web.scene.viewpoints import NAMES, OVERVIEW, Extent, viewpoint
+from dockpose.app.web.scene.viewpoints import NAMES, Extent, viewpoint
 from dockpose.camera.port import FlatPort
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import Pose, Scene, render
@@ -65,17 +64,6 @@ def test_no_rays_without_a_pose(view):
     assert drawn.extent_of(drawn.docks_of(empty)).depth_m == 1
 
 
-def test_dashed_ring_has_gaps():
-    whole, dashed = drawn.ring_segments(dashed=False), drawn.ring_segments(dashed=True)
-    np.testing.assert_allclose(np.linalg.norm(whole, axis=2), 1)
-    np.testing.assert_allclose(whole[1:, 0], whole[:-1, 1])
-    assert len(dashed) == len(whole) / 2
-
-
-def test_the_label_of_a_pose_says_how_likely_it_is(analysis):
-    assert labels(analysis.estimate, analysis.view, 1.0, None)["A"].text in ("A 100 %", "A 99 %", "A 98 %")
-
-
 def seen(place, points, aspect):
     """Whether each point is inside the picture of an eye whose up is -y."""
     x, y = on_screen(place, points, aspect, 1.0).T
@@ -96,19 +84,6 @@ def test_view_from_the_camera_holds_its_whole_picture(aspect):
     extent = Extent(np.array([-0.1, -0.1, 0.0]), np.array([0.1, 0.1, 1.0]))
     corners = camera.rays([[0, 0], [639, 0], [639, 479], [0, 479]])
     assert seen(viewpoint("Camera", extent, camera, aspect), corners, aspect).all()
-
-
-def test_first_viewpoint_needs_no_browser_yet():
-    extent = Extent(np.zeros(3), np.ones(3))
-    place = viewpoint(OVERVIEW, extent, Camera(700, 700, 320, 240, 640, 480), None)
-    assert np.isfinite(place.position).all()
-
-
-@pytest.mark.parametrize(
-    ("depth", "cell"), [(0.1, 0.01), (1.1, 0.1), (3.0, 0.1), (6.0, 0.5), (14.0, 1.0), (1000.0, 5.0)]
-)
-def test_grid_squares_suit_the_distance(depth, cell):
-    assert drawn.grid_cell_m(Extent(np.zeros(3), np.array([1, 1, depth]))) == cell
 
 
 def test_extent_holds_known_docks_too(found):

@@ -1,11 +1,7 @@
-import math
-
 import numpy as np
 import pytest
-from dockpose.lights.ellipse import fit_ellipse
 from dockpose.paper.lights import levels
 from dockpose.paper.lights.scenes import near_ring
-from dockpose.pose.circle import CirclePose
 from dockpose.simulate import truth_of
 from dockpose.thresholds import histogram_of
 
@@ -44,16 +40,6 @@ def test_levels_by_their_rules(picture):
     flooded = levels.at_level(picture, levels.flooded_level(picture))
     assert 0.1 < flooded.kept < 0.6
     assert flooded.groups > 1000
-
-
-def test_the_parameters_of_an_ellipse_by_hand():
-    turn = np.radians(30)
-    t = np.linspace(0, 2 * np.pi, 12, endpoint=False)
-    rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-    points = [100, 80] + np.column_stack([50 * np.cos(t), 30 * np.sin(t)]) @ rotation
-    values = dict(zip(levels.PARAMETERS, levels.ellipse_values(fit_ellipse(points)), strict=True))
-    wanted = {"semi-major axis": 50, "semi-minor axis": 30, "angle": 30, "eccentricity": 0.8}
-    assert values == pytest.approx({"centre x": 100, "centre y": 80} | wanted)
 
 
 def test_the_ellipse_is_the_same_at_two_levels_but_for_a_fraction_of_a_pixel():
@@ -112,16 +98,3 @@ def test_the_ellipse_through_the_exact_lights_has_the_true_pose():
     stray = np.vstack([truth.lights_px, [600.0, 450.0]])
     assert not any(levels.is_right(pose, truth) for pose in levels.poses_of_all(stray, scene.camera, scene.dock))
     assert levels.poses_of_all(truth.lights_px[:4], scene.camera, scene.dock) == ()
-
-
-def test_errors_of_a_pose_by_hand():
-    truth = truth_of(near_ring(0))
-    turned = np.cross(truth.normal, [1.0, 0, 0])
-    turned /= np.linalg.norm(turned)
-    angle = math.radians(4.0)
-    normal = math.cos(angle) * truth.normal + math.sin(angle) * turned
-    pose = CirclePose(truth.position_m + [0.003, 0.004, 0], normal, np.zeros(2))
-    assert levels.pose_errors(pose, truth) == pytest.approx((0.005, 4.0))
-    assert levels.is_right(pose, truth)  # within 5 degrees, and 27 mm at 0.9 m
-    far = CirclePose(truth.position_m + [0.03, 0, 0], truth.normal, np.zeros(2))
-    assert not levels.is_right(far, truth)

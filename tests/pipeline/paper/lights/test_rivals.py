@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from dockpose.paper.lights import rivals
 from dockpose.paper.lights.levels import picture_of
-from dockpose.paper.lights.rivals import STEPS, Scheme, Vote, literal_hats, local_peaks
+from dockpose.paper.lights.rivals import STEPS, Scheme, literal_hats, local_peaks
 from dockpose.paper.lights.scenes import tank_scenes
 from dockpose.thresholds import histogram_of
-from dockpose.thresholds.hats import DIM_LEVELS, background_limit, background_mode, hats
+from dockpose.thresholds.hats import hats
 
 
 def small_picture(*, noise: bool):
@@ -57,27 +57,12 @@ def test_an_unbroken_run_counts_for_more_than_the_same_count_here_and_there():
     assert (every.level, every.groups) == (in_a_row.level, in_a_row.groups) == (200, 2)
 
 
-def test_votes_by_brightness_add_up_to_all_brightness_above_the_floor():
-    picture = picture_of(tank_scenes(1)["plain tank"])
-    vote = literal_hats(picture.histogram, STEPS["+ log brightness"])
-    mode, floor = background_mode(picture.histogram.sketch), background_limit(picture.histogram.sketch)
-    whole = np.log((vote.candidates[0] - mode + DIM_LEVELS) / (floor - 1 - mode + DIM_LEVELS))
-    assert vote.weights.sum() == pytest.approx(whole)
-    assert (np.diff(vote.weights) > 0).all()  # a level near the background is a larger share of its brightness
-
-
 @pytest.mark.parametrize("name", ["plain tank", "glow in turbid water", "reflections"])
 def test_the_last_step_before_ours_chooses_as_ours_where_its_first_look_is_sure(name):
     picture = picture_of(tank_scenes(3)[name])
     vote = literal_hats(picture.histogram, STEPS["+ clear of noise"])
     assert vote.level == hats(picture.histogram, 2).level
     assert vote.groups == picture.groups[vote.level]
-
-
-def test_a_picture_of_one_level_is_one_group_and_has_no_level_above_its_background():
-    flat = histogram_of(np.full((10, 10), 30, np.uint8))
-    assert literal_hats(flat).groups == 1
-    assert literal_hats(flat, STEPS["+ bounds"]).level == 256
 
 
 @pytest.mark.slow
@@ -95,9 +80,3 @@ def test_what_every_method_finds_is_counted_scene_by_scene():
     # No method shows the lights where no level does.
     for name in rivals.METHODS_COMPARED:
         assert not (methods.exact[name] & ~methods.exact[rivals.ANY_LEVEL]).any()
-
-
-def test_where_nothing_is_elected_the_highest_level_is_searched():
-    nothing = np.empty(0, int)
-    settings = rivals.settings_of(Scheme(), Vote(256, 0, nothing, nothing, nothing.astype(float)))
-    assert (settings.method, settings.level, settings.min_area_px) == ("fixed", 255, 1)

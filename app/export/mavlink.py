@@ -57,8 +57,8 @@ class Autopilot:
         if system is None or not all(0 < int(number) < 256 for number in system.groups()):
             raise UserError(f"--mavlink-ids {ids}: must be system and component, as 1:197, each from 1 to 255")
         try:
-            from pymavlink import mavutil
-            from pymavlink.dialects.v20 import ardupilotmega as dialect
+            from pymavlink import mavutil  # pyright: ignore[reportMissingImports]
+            from pymavlink.dialects.v20 import ardupilotmega as dialect  # pyright: ignore[reportMissingImports]
         except ImportError as error:
             raise UserError(f"--mavlink {address}: needs pymavlink: pip install 'dockpose[mavlink]'") from error
         try:

@@ -215,7 +215,7 @@ def _leave_interrupts() -> None:
 @contextlib.contextmanager
 def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
     try:
-        from distributed import Client
+        from distributed import Client  # pyright: ignore[reportMissingImports]
     except ImportError as error:
         raise UserError(f"--scheduler {address} needs Dask: pip install 'dockpose[cluster]'") from error
     try:

@@ -25,7 +25,7 @@ class RerunFile:
 
     def __init__(self, path: Path, source: str, tell: Callable[[str], None]) -> None:
         try:
-            import rerun
+            import rerun  # pyright: ignore[reportMissingImports]
         except ImportError as error:
             raise UserError(f"--rerun {path}: needs Rerun: pip install 'dockpose[rerun]'") from error
         with writing(path):

@@ -163,7 +163,7 @@ def _opencv_detector(name: int, refinement: int) -> Any:
 
 @cache
 def _apriltag_detector() -> Any:
-    from pupil_apriltags import Detector
+    from pupil_apriltags import Detector  # pyright: ignore[reportMissingImports]
 
     return Detector(families="tag36h11", nthreads=1, quad_decimate=1.0)
 

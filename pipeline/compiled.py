@@ -13,7 +13,8 @@ from typing import Any
 from numba import njit
 from numba.core import config, event
 
-_HOW: dict[str, Any] = {"error_model": "numpy"}  # division by zero gives infinity, not an exception
+# Division by zero gives infinity, not an exception; and no C code calls the loops.
+_HOW: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
 _FOLDER = "CACHE_DIR"  # numba's setting, which it makes when it is loaded
 _ROOT = Path(__file__).parent  # of all compiled functions
 
@@ -47,6 +48,11 @@ def compiled(loop: Callable[..., Any], **more: Any) -> Any:
 def compiled_sum(loop: Callable[..., Any]) -> Any:
     """Compile a sum whose terms may be added in any order, several at a time, which rounds otherwise."""
     return compiled(loop, fastmath={"reassoc", "contract"})
+
+
+def compiled_within(loop: Callable[..., Any]) -> Any:
+    """Compile a function as part of the only one that calls it: sooner than on its own, and then once more there."""
+    return compiled(loop, inline="always")
 
 
 def _kept(loop: Callable[..., Any], how: dict[str, Any]) -> Any:

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from dockpose.compiled import compiled
+from dockpose.compiled import compiled, compiled_within
 
 _NEIGHBOURS = 2  # lights that may share a light's window
 # What rises across a window by more than a small share of the light's height may be the light itself, whose flank an
@@ -50,7 +50,7 @@ def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, fo
     return centres
 
 
-@compiled
+@compiled_within
 def _centroid(
     grey: np.ndarray,
     points: np.ndarray,

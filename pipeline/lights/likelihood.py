@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from dockpose.compiled import compiled, compiled_sum
+from dockpose.compiled import compiled, compiled_sum, compiled_within
 from dockpose.lights.centroids import beyond_noise, is_nearest, median_along_edge, nearest, window_at
 from dockpose.lights.reprojection import solve
 
@@ -117,7 +117,7 @@ def _undo_slopes(
                     covariances[light, row, column] += by_lens[row] * by_lens[column] / information
 
 
-@compiled
+@compiled_within
 def _pixels(grey: np.ndarray, points: np.ndarray, light: int, far: int, side: int) -> tuple[np.ndarray, float]:
     """x, y from the light and level above the water (K, 3) of its pixels whose mirrored ones are its own; the water.
 
@@ -158,7 +158,7 @@ def _mean(grey: np.ndarray, x: int, y: int, half: int) -> float:
     return total / (2 * half + 1) ** 2
 
 
-@compiled
+@compiled_within
 def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.ndarray) -> tuple[float, float, float]:
     """Centre x, y of a light of any height, radius, blur and axes by Gauss and Newton's method, and its radius.
 
@@ -205,7 +205,7 @@ def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.nda
     return odd[0], odd[1], shape[1] if shape[0] < white else 0.0
 
 
-@compiled
+@compiled_within
 def _first_shape(pixels: np.ndarray, white: float) -> np.ndarray:
     """Height above the water, radius, blur, level of the water, and how much longer than wide along x and askew."""
     height = 0.0
@@ -295,7 +295,7 @@ def _normal(x: float) -> tuple[float, float]:
     return below, _DENSITY[place] + beyond * (_DENSITY[place + 1] - _DENSITY[place])
 
 
-@compiled
+@compiled_within
 def _change_shape(shape: np.ndarray, E: np.ndarray, stiffness: float) -> float:
     """Change a light's shape by a step, no more than a step may; by how much the squares should fall."""
     for number in range(6):
@@ -319,7 +319,7 @@ def _change_shape(shape: np.ndarray, E: np.ndarray, stiffness: float) -> float:
     return fallen
 
 
-@compiled
+@compiled_within
 def _step(A: np.ndarray) -> np.ndarray:
     """Step (4, 3) of centre and slope of the water, and the inverse's first two columns."""
     scaled, step = A.copy(), np.zeros((4, 3))
@@ -330,7 +330,7 @@ def _step(A: np.ndarray) -> np.ndarray:
     return solve(scaled, step)
 
 
-@compiled
+@compiled_within
 def _find_slope(A: np.ndarray, noise: float, slope: np.ndarray) -> None:
     """Fill in (2, 5) the slope of a light's own brightness, its covariance, and how the slope moves the centre."""
     scaled, found, moved = A.copy(), np.zeros((6, 3)), np.empty((4, 2))

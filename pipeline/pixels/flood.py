@@ -84,12 +84,11 @@ def count_groups(
     more, more_real = np.zeros(LEVELS + 1, np.int64), np.zeros(LEVELS + 1, np.int64)
     for pixel in brightest_first(level):
         seen[pixel] = True
-        at = level[pixel]
-        own = int(pixel)
+        at, own = int(level[pixel]), int(pixel)
         if min_area_px <= 1:
             enough[own] = at
         for number in range(NEIGHBOURS):
-            other = beside[pixel, number]
+            other = int(beside[pixel, number])
             if other < 0 or not seen[other]:
                 continue
             other = root_of(parent, other)
@@ -146,7 +145,7 @@ def label_groups(index: np.ndarray, width: int) -> tuple[int, np.ndarray]:
     """How many groups the pixels form, and the number (n,) of each one's, in the order of their first pixels."""
     starts, ends = _runs(index, width)
     runs = len(starts)
-    parent = np.arange(runs)
+    parent = np.arange(runs, dtype=np.int32)
     above, row_starts = 0, 0
     for run in range(runs):
         left, right = index[starts[run]], index[ends[run] - 1]

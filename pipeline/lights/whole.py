@@ -72,12 +72,14 @@ def _is_even(angles: np.ndarray, lights: int) -> bool:
         sine += math.sin(lights * angle)
         cosine += math.cos(lights * angle)
     phase, squares = math.atan2(sine, cosine) / (2 * math.pi), 0.0
-    taken = np.zeros(lights, np.bool_)
+    taken = np.empty(lights, np.bool_)
+    for corner in range(lights):
+        taken[corner] = False
     for angle in angles:
         off = angle * lights / (2 * math.pi) - phase
         corner = round(off)
-        if taken[int(corner) % lights]:
+        if taken[corner % lights]:
             return False
-        taken[int(corner) % lights] = True
+        taken[corner % lights] = True
         squares += (off - corner) ** 2
     return math.sqrt(squares / len(angles)) < _EVEN_WITHIN

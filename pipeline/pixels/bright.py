@@ -157,13 +157,13 @@ def _at_least(flat: np.ndarray, floor: int, index: np.ndarray) -> tuple[np.ndarr
     """Positions (n,) of the pixels at or above ``floor``, of the type of ``index``, and their levels (n,)."""
     # The brightest of a run is found in a few instructions, and most runs hold no bright pixel.
     runs = -(-len(flat) // _RUN)
-    has_bright, most = np.zeros(runs, np.bool_), 0
+    has_bright, most = np.empty(runs, np.bool_), 0
     for run in range(runs):
         brightest = np.uint8(0)
         for level in flat[run * _RUN : (run + 1) * _RUN]:
             brightest = max(brightest, level)
-        if brightest >= floor:
-            has_bright[run] = True
+        has_bright[run] = brightest >= floor
+        if has_bright[run]:
             for level in flat[run * _RUN : (run + 1) * _RUN]:
                 most += level >= floor
     index, levels, count = np.empty(most, index.dtype), np.empty(most, np.int32), 0
@@ -222,12 +222,20 @@ def coarsen(
     return squares, highest[squares], number_of[square_of], across
 
 
-@compiled
 def shapes_in_squares(
     levels: np.ndarray, side: int, group_at: np.ndarray, dimmest: np.ndarray, saturated: int
 ) -> Shapes:
     """Shapes of groups of squares (h, w), -1 for none, of pixels at or above a group's ``dimmest`` (N,)."""
-    shapes, width = no_shapes(len(dimmest)), levels.shape[1]
+    shapes = no_shapes(len(dimmest))
+    _add_squares(shapes, levels, side, group_at, dimmest, saturated)
+    return to_means(shapes)
+
+
+@compiled
+def _add_squares(
+    shapes: Shapes, levels: np.ndarray, side: int, group_at: np.ndarray, dimmest: np.ndarray, saturated: int
+) -> None:
+    width = levels.shape[1]
     for y in range(len(levels)):
         row = group_at[y // side]
         for square in range(len(row)):
@@ -237,5 +245,3 @@ def shapes_in_squares(
                 level = np.int64(levels[y, x])
                 if level >= dimmest[row[square]]:
                     add_pixel(shapes, row[square], x, y, level, saturated)
-    to_means(shapes)
-    return shapes

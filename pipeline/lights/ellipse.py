@@ -148,17 +148,13 @@ def ellipse_from_conic(conic: Any, rms_px: float = 0.0) -> Ellipse:
     )
 
 
-@compiled
 def _squared_distances(conic: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Squares (N,) of |value| / |gradient| of a conic (6,) at points (N, 2)."""
-    A, B, C, D, E, F = conic[0], conic[1], conic[2], conic[3], conic[4], conic[5]
-    squares = np.empty(len(points))
-    for number in range(len(points)):
-        x, y = points[number, 0], points[number, 1]
-        value = A * x * x + B * x * y + C * y * y + D * x + E * y + F
-        across, down = 2 * A * x + B * y + D, B * x + 2 * C * y + E
-        squares[number] = value * value / max(across * across + down * down, 1e-300)
-    return squares
+    A, B, C, D, E, F = conic.tolist()
+    x, y = points.T
+    value = A * x * x + B * x * y + C * y * y + D * x + E * y + F
+    across, down = 2 * A * x + B * y + D, B * x + 2 * C * y + E
+    return value * value / np.maximum(across * across + down * down, 1e-300)
 
 
 @compiled

@@ -44,25 +44,19 @@ def fitted_centres(
     Where a light has no such shape the centre is the point and the covariance large, or NaN where nothing is known.
     ``middle`` (2,) is the lens's, and ``far_px`` how far a corner of the whole picture is from it.
     """
-    centres, covariances = points.copy(), np.full((len(points), 2, 2), np.nan)
-    slopes, radii = np.full((len(points), 2, 5), np.nan), np.zeros(len(points))
-    _fit_all(grey, points, reach, white, centres, covariances, slopes, radii)
-    _undo_slopes(centres, covariances, slopes, radii, (points - middle) / far_px**2)
-    return centres, covariances
+    covariances, slopes = np.full((len(points), 2, 2), np.nan), np.full((len(points), 2, 5), np.nan)
+    found = points.copy(), covariances, slopes, np.zeros(len(points))
+    _fit_all(grey, points, reach, white, found)
+    _undo_slopes(*found, (points - middle) / far_px**2)
+    return found[:2]
 
 
 @compiled
 def _fit_all(
-    grey: np.ndarray,
-    points: np.ndarray,
-    reach: np.ndarray,
-    white: float,
-    centres: np.ndarray,
-    covariances: np.ndarray,
-    slopes: np.ndarray,
-    radii: np.ndarray,
+    grey: np.ndarray, points: np.ndarray, reach: np.ndarray, white: float, found: tuple[np.ndarray, ...]
 ) -> None:
     """Fill in what the fit of each light finds: centres, covariances, slopes (N, 2, 5) and radii (N,)."""
+    centres, covariances, slopes, radii = found
     height, width = grey.shape
     for light in range(len(points)):
         if reach[light] == 0 or not (0 <= points[light, 0] < width and 0 <= points[light, 1] < height):

@@ -120,7 +120,9 @@ class SquareGroups:
 
     def shapes(self) -> Shapes:
         """What each group looks like."""
-        return shapes_in_squares(self.levels, self.side, self.group_at, self.dimmest, SATURATED)
+        shapes = no_shapes(len(self.dimmest))
+        _add_squares(shapes, self.levels, self.side, self.group_at, self.dimmest, SATURATED)
+        return to_means(shapes)
 
     def squares(self) -> tuple[np.ndarray, np.ndarray, int]:
         """Place (m,) and group (m,) of each square that has one, and the number of squares in a row."""
@@ -222,19 +224,11 @@ def coarsen(
     return squares, highest[squares], number_of[square_of], across
 
 
-def shapes_in_squares(
-    levels: np.ndarray, side: int, group_at: np.ndarray, dimmest: np.ndarray, saturated: int
-) -> Shapes:
-    """Shapes of groups of squares (h, w), -1 for none, of pixels at or above a group's ``dimmest`` (N,)."""
-    shapes = no_shapes(len(dimmest))
-    _add_squares(shapes, levels, side, group_at, dimmest, saturated)
-    return to_means(shapes)
-
-
 @compiled
 def _add_squares(
     shapes: Shapes, levels: np.ndarray, side: int, group_at: np.ndarray, dimmest: np.ndarray, saturated: int
 ) -> None:
+    """Add the pixels at or above a group's ``dimmest`` (N,) to shapes of groups of squares (h, w), -1 for none."""
     width = levels.shape[1]
     for y in range(len(levels)):
         row = group_at[y // side]

@@ -263,6 +263,7 @@ def group_shapes(
 def _add_pixels(
     shapes: Shapes, index: np.ndarray, level: np.ndarray, labels: np.ndarray, width: int, saturated: int
 ) -> None:
+    """Add listed pixels, each to the group ``labels`` (n,)."""
     y = 0
     for pixel in range(len(index)):
         if index[pixel] >= (y + 1) * width:

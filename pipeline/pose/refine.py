@@ -124,22 +124,16 @@ def weigh(
     offsets = None if offsets_m is None else offsets_m[best]
     lights = _on_circle(angles_rad, radius_m, offsets)
     R, t = fit.rotations[best], fit.positions_m[best]
-    roots = np.zeros((len(lights), 2, 2))
-    least_px, ratio = _weigh(roots, R, t, lights, rays, covariances_px2, max(1, fit.numbers - 6))
+    roots = covariances_px2.copy()
+    least_px, ratio = _turn_to_roots(roots, R, t, lights, rays, max(1, fit.numbers - 6))
     return (rays._replace(slopes_px=roots @ rays.slopes_px) if ratio > _ALIKE else rays), least_px
 
 
 @compiled
-def _weigh(
-    roots: np.ndarray,
-    R: np.ndarray,
-    t: np.ndarray,
-    lights: np.ndarray,
-    rays: LightRays,
-    covariances: np.ndarray,
-    freedom: int,
+def _turn_to_roots(
+    covariances: np.ndarray, R: np.ndarray, t: np.ndarray, lights: np.ndarray, rays: LightRays, freedom: int
 ) -> tuple[float, float]:
-    """Fill in roots (N, 2, 2) of weights that are 1 on average; the picture's noise, and the largest over the least."""
+    """Turn covariances (N, 2, 2) to roots of weights of 1 on average; picture's noise, largest weight over least."""
     count = len(lights)
     squares, known = np.empty((count, 3)), np.empty((count, 3))
     for light in range(count):
@@ -176,9 +170,9 @@ def _weigh(
         a, b, c = known[light, 0] + high, known[light, 1], known[light, 2] + high
         # Upper triangle whose product with its transpose, before it, is the inverse.
         over = 1 / (mean * (a * c - b * b))
-        roots[light, 0, 0] = np.sqrt(c * over)
-        roots[light, 0, 1] = -b * over / roots[light, 0, 0]
-        roots[light, 1, 1] = np.sqrt(1 / (mean * c))
+        root = np.sqrt(c * over)
+        covariances[light, 0, 0], covariances[light, 0, 1] = root, -b * over / root
+        covariances[light, 1, 0], covariances[light, 1, 1] = 0.0, np.sqrt(1 / (mean * c))
     return np.sqrt(1 / own), most / least
 
 

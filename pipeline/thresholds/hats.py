@@ -142,18 +142,11 @@ def _votes(level: int, length: int, mode: int) -> float:
 
 
 @compiled
-def _sum(counts: np.ndarray) -> int:
-    """Sum of counts (256,), which compiles sooner than numpy's."""
-    total = 0
-    for count in counts:
-        total += count
-    return total
-
-
-@compiled
 def background_mode(counts: np.ndarray) -> int:
     """The level that most of the background has: of the darkest part of the picture, as large as lights leave it."""
-    total, so_far, mode = _sum(counts), 0, 0
+    total, so_far, mode = 0, 0, 0
+    for count in counts:
+        total += count
     for level in range(len(counts)):
         if counts[level] > counts[mode]:
             mode = level
@@ -166,7 +159,9 @@ def background_mode(counts: np.ndarray) -> int:
 @compiled
 def background_limit(counts: np.ndarray) -> int:
     """The first level above the background; 256 where everything is background."""
-    total = _sum(counts)
+    total = 0
+    for count in counts:
+        total += count
     if total == 0:
         return LEVELS
     ends, brightest, half = LEVELS, 0, len(SMOOTHING) // 2

@@ -65,8 +65,7 @@ def _fit_all(
         pixels, water = _pixels(grey, points, light, reach[light], side)
         if len(pixels) >= _LEAST_PIXELS:
             x, y, radius = _fit(pixels, white - water, covariances[light], slopes[light])
-            centres[light, 0] += side * x
-            centres[light, 1] += side * y
+            centres[light, 0], centres[light, 1] = centres[light, 0] + side * x, centres[light, 1] + side * y
             radii[light] = side * radius
             for row in range(2):
                 slopes[light, row, 0] /= side
@@ -184,17 +183,15 @@ def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.nda
         if math.hypot(step[0, 0], step[1, 0]) < _SETTLED * sigma and fallen < _FALLEN * squares:
             noise = (squares - fallen) / freedom
             break
-    wrong = noise * (1 - _CHANCE / math.sqrt(used)) - _rough(odd_rows[6], used)
-    wrong /= min(shape[0], white) ** 2
+    wrong = (noise * (1 - _CHANCE / math.sqrt(used)) - _rough(odd_rows[6], used)) / min(shape[0], white) ** 2
     if wrong > _SHAPELESS**2:
         anywhere = min(wrong + shape[4] ** 2 + shape[5] ** 2, _ANYWHERE) * shape[1] ** 2
         covariance[0, 0], covariance[0, 1], covariance[1, 0], covariance[1, 1] = anywhere, 0.0, 0.0, anywhere
         return none
     if not math.hypot(odd[0], odd[1]) < reach + _CHANCE * sigma:
         return none
-    for row in range(2):
-        for column in range(2):
-            covariance[row, column] = step[row, 1 + column] * noise
+    covariance[0, 0], covariance[0, 1] = step[0, 1] * noise, step[0, 2] * noise
+    covariance[1, 0], covariance[1, 1] = step[1, 1] * noise, step[1, 2] * noise
     _find_slope(A, noise, slope)
     return odd[0], odd[1], shape[1] if shape[0] < white else 0.0
 

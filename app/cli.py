@@ -128,13 +128,13 @@ class _Compiling:
     def __init__(self) -> None:
         self._said_s: float | None = None
 
-    def __call__(self, done: int) -> None:
-        """Of the loops so many are done."""
+    def __call__(self, done: int, most: int) -> None:
+        """So many loops are done, of so many that this run may need."""
         now_s = time.monotonic()
         if self._said_s is None:
-            console.say("compiling the loops over pixels, once; this first run takes up to a minute longer")
+            console.say("compiling the loops over pixels, once; this first run takes up to half a minute longer")
         elif now_s - self._said_s > _COMPILING_EVERY_S:
-            console.say(f"compiling: {done} loops done, of some 45")
+            console.say(f"compiling: {done} loops done, of at most {most}")
         else:
             return
         self._said_s = now_s

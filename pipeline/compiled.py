@@ -10,12 +10,15 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from numba import njit
+import numba
 from numba.core import config, event
+from numba.core.caching import IndexDataCacheFile
 
-_HOW: dict[str, Any] = {"error_model": "numpy"}  # division by zero gives infinity, not an exception
+# Division by zero gives infinity, not an exception; and no C code calls the loops.
+_HOW: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
 _FOLDER = "CACHE_DIR"  # numba's setting, which it makes when it is loaded
 _ROOT = Path(__file__).parent  # of all compiled functions
+_LOOPS: set[Callable[..., Any]] = set()  # that are compiled on their own, of the files that are loaded
 
 
 def _load_without_blas() -> None:
@@ -38,6 +41,8 @@ def compiled(loop: Callable[..., Any], **more: Any) -> Any:
     """Compile a function on its first call, and keep the result where possible; not with ``NUMBA_DISABLE_JIT``."""
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return loop
+    if "inline" not in more:
+        _LOOPS.add(loop)
     try:
         return _kept(loop, _HOW | more)
     except RuntimeError:  # numba found no folder that can be written
@@ -49,18 +54,25 @@ def compiled_sum(loop: Callable[..., Any]) -> Any:
     return compiled(loop, fastmath={"reassoc", "contract"})
 
 
+def compiled_within(loop: Callable[..., Any]) -> Any:
+    """Compile a function as part of the only loop that calls it, which takes less time than both."""
+    return compiled(loop, inline="always")
+
+
 def _kept(loop: Callable[..., Any], how: dict[str, Any]) -> Any:
     """Compile on the first call and keep the result, unless the disk is full then, which must not end the run."""
-    function: Any = njit(cache=True, **how)(loop)
-    # Numba's own stamp is of the function's file alone, but the functions that it calls are compiled into it.
-    function._cache._cache_file._source_stamp = stamp_of_sources(_ROOT)
-    keep = function._cache.save_overload
+    function: Any = numba.njit(cache=True, **how)(loop)
+    # Numba's own stamp leaves out what a function calls, though it is compiled in; and its versions share one index.
+    cache = function._cache
+    name = f"{cache._impl.filename_base}-{numba.__version__}"
+    cache._cache_file = IndexDataCacheFile(cache.cache_path, name, stamp_of_sources(_ROOT))
+    keep = cache.save_overload
 
     def keep_if_there_is_room(signature: Any, data: Any) -> None:
         with contextlib.suppress(OSError):
             keep(signature, data)
 
-    function._cache.save_overload = keep_if_there_is_room
+    cache.save_overload = keep_if_there_is_room
     return function
 
 
@@ -71,21 +83,21 @@ def stamp_of_sources(root: Path) -> str:
     return hashlib.sha256(b"".join(source for source in sources if b"@compiled" in source)).hexdigest()
 
 
-def on_compiling(tell: Callable[[int], object]) -> AbstractContextManager[None]:
-    """Call ``tell`` when a loop is about to be compiled, as nothing was kept of it, with how many are done by then."""
+def on_compiling(tell: Callable[[int, int], object]) -> AbstractContextManager[None]:
+    """Call ``tell`` when a loop is about to be compiled, with how many are done by then, and how many there can be."""
     return event.install_listener("numba:compile", _Count(tell))
 
 
 def _compiled_elsewhere(loop: Callable[..., Any], how: dict[str, Any]) -> Any:
     folder = _temporary_folder()
     if folder is None:
-        return njit(**how)(loop)
+        return numba.njit(**how)(loop)
     before: str = getattr(config, _FOLDER)
     setattr(config, _FOLDER, str(folder))
     try:
         return _kept(loop, how)
     except RuntimeError:
-        return njit(**how)(loop)
+        return numba.njit(**how)(loop)
     finally:
         setattr(config, _FOLDER, before)
 
@@ -105,14 +117,14 @@ def _temporary_folder() -> Path | None:
 
 
 class _Count(event.Listener):
-    def __init__(self, tell: Callable[[int], object]) -> None:
-        self._tell, self._done = tell, 0
+    def __init__(self, tell: Callable[[int, int], object]) -> None:
+        self._tell, self._done = tell, set[Callable[..., Any]]()
 
     def on_start(self, event: event.Event) -> None:
         """A compilation starts."""
-        self._tell(self._done)
+        self._tell(len(self._done), len(_LOOPS))
 
     def on_end(self, event: event.Event) -> None:
         """A compilation is done; those of numba's own functions are within it."""
         about: Any = event.data
-        self._done += about["dispatcher"].py_func.__module__.startswith("dockpose.")
+        self._done |= _LOOPS & {about["dispatcher"].py_func}

@@ -295,7 +295,7 @@ def _compiled() -> Finding:
         return Finding("compiled loops", WARNING, "are not compiled, since NUMBA_DISABLE_JIT is set: all is slow")
     folder = getattr(cache, "cache_path", None)
     if not folder or not any(Path(folder).glob("bright.*.nbi")):
-        return Finding("compiled loops", WARNING, "are not kept: each start takes up to a minute longer")
+        return Finding("compiled loops", WARNING, "are not kept: each start takes up to half a minute longer")
     return Finding("compiled loops", OK, f"are kept in {folder}")
 
 

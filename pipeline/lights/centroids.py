@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from dockpose.compiled import compiled
+from dockpose.compiled import compiled, compiled_within
 
 _NEIGHBOURS = 2  # lights that may share a light's window
 # What rises across a window by more than a small share of the light's height may be the light itself, whose flank an
@@ -34,7 +34,7 @@ def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, fo
         beside = nearest(points, light, 3.0 * far)
         slope_x, slope_y = _slopes(grey, points, light, beside, window)
         middle = (left + right) / 2, (top + bottom) / 2
-        inner = brightest(grey, window_at(grey, row, column, 1))
+        inner = brightest(grey, window_at(grey, row, column, np.int64(1)))
         height = inner - water
         rise = max(abs(slope_x) * (right - left), abs(slope_y) * (bottom - top))
         if rise > _SMALL_RISE * height:
@@ -50,7 +50,7 @@ def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, fo
     return centres
 
 
-@compiled
+@compiled_within
 def _centroid(
     grey: np.ndarray,
     points: np.ndarray,
@@ -191,8 +191,9 @@ def beyond_noise(value: float, variance: float) -> float:
 @compiled
 def nearest(points: np.ndarray, light: int, within: float) -> np.ndarray:
     """Indices of the nearest other points, -1 for none."""
-    found = np.full(_NEIGHBOURS, -1)
-    distance = np.full(_NEIGHBOURS, within)
+    found, distance = np.zeros(_NEIGHBOURS, np.int64), np.empty(_NEIGHBOURS)
+    for place in range(_NEIGHBOURS):
+        found[place], distance[place] = -1, within
     for other in range(len(points)):
         if other == light:
             continue

@@ -4,7 +4,6 @@ import math
 
 import cv2
 import numpy as np
-from dockpose.compiled import compiled
 from dockpose.lights.ellipse import NoEllipseError
 
 
@@ -19,10 +18,9 @@ def circles_behind(
     return _poses_of_cone(l1, l2, l3, axes, radius)
 
 
-@compiled
 def _cone(conic: np.ndarray, fx: float, fy: float, cx: float, cy: float) -> np.ndarray:
     """The cone's matrix (3, 3), of unit norm: K^T Q K of the conic's matrix Q and the camera's K."""
-    A, B, C, D, E, F = conic
+    A, B, C, D, E, F = conic.tolist()
     xz = fx * (A * cx + (B * cy + D) / 2)
     yz = fy * (C * cy + (B * cx + E) / 2)
     zz = A * cx * cx + B * cx * cy + C * cy * cy + D * cx + E * cy + F
@@ -32,27 +30,14 @@ def _cone(conic: np.ndarray, fx: float, fy: float, cx: float, cy: float) -> np.n
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-@compiled
 def _poses_of_cone(l1: float, l2: float, l3: float, axes: np.ndarray, radius: float) -> np.ndarray:
     """Normal and centre (2, 2, 3) of both poses, left first, by eigenvalues, falling, and axes in rows (3, 3)."""
     g, h = math.sqrt((l2 - l3) / (l1 - l3)), math.sqrt(max(0.0, l1 - l2) / (l1 - l3))
     distance = l2 * radius / math.sqrt(-l1 * l3)
     poses = np.empty((2, 2, 3))
-    for number in range(2):
-        side = h if number == 0 else -h
-        facing = 0.0
-        for axis in range(3):
-            poses[number, 0, axis] = side * axes[0, axis] + g * axes[2, axis]
-            poses[number, 1, axis] = distance * (side * l3 * axes[0, axis] + g * l1 * axes[2, axis]) / l2
-            facing += poses[number, 0, axis] * poses[number, 1, axis]
-        ahead = -1.0 if poses[number, 1, 2] < 0 else 1.0
-        towards = -1.0 if ahead * facing > 0 else 1.0
-        for axis in range(3):
-            poses[number, 0, axis] *= towards
-            poses[number, 1, axis] *= ahead
-    if poses[0, 0, 0] > poses[1, 0, 0]:
-        for part in range(2):
-            for axis in range(3):
-                one, other = poses[0, part, axis], poses[1, part, axis]
-                poses[0, part, axis], poses[1, part, axis] = other, one
-    return poses
+    for (normal, centre), side in zip(poses, (h, -h), strict=True):
+        normal[:] = side * axes[0] + g * axes[2]
+        centre[:] = distance * (side * l3 * axes[0] + g * l1 * axes[2]) / l2
+        centre *= -1.0 if centre[2] < 0 else 1.0
+        normal *= -1.0 if normal @ centre > 0 else 1.0
+    return poses[::-1].copy() if poses[0, 0, 0] > poses[1, 0, 0] else poses

@@ -148,17 +148,13 @@ def ellipse_from_conic(conic: Any, rms_px: float = 0.0) -> Ellipse:
     )
 
 
-@compiled
 def _squared_distances(conic: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Squares (N,) of |value| / |gradient| of a conic (6,) at points (N, 2)."""
-    A, B, C, D, E, F = conic
-    squares = np.empty(len(points))
-    for number in range(len(points)):
-        x, y = points[number, 0], points[number, 1]
-        value = A * x * x + B * x * y + C * y * y + D * x + E * y + F
-        across, down = 2 * A * x + B * y + D, B * x + 2 * C * y + E
-        squares[number] = value * value / max(across * across + down * down, 1e-300)
-    return squares
+    A, B, C, D, E, F = conic.tolist()
+    x, y = points.T
+    value = A * x * x + B * x * y + C * y * y + D * x + E * y + F
+    across, down = 2 * A * x + B * y + D, B * x + 2 * C * y + E
+    return value * value / np.maximum(across * across + down * down, 1e-300)
 
 
 @compiled
@@ -180,14 +176,10 @@ def _normalised(points: np.ndarray) -> tuple[float, float, float, np.ndarray]:
     return x, y, scale, centred
 
 
-@compiled
 def _design(points: np.ndarray) -> np.ndarray:
     """Rows x^2, x y, y^2, x, y, 1 (N, 6) of points (N, 2)."""
-    design = np.ones((len(points), 6))
-    for number in range(len(points)):
-        x, y = points[number, 0], points[number, 1]
-        design[number, 0], design[number, 1], design[number, 2] = x * x, x * y, y * y
-        design[number, 3], design[number, 4] = x, y
+    design, (x, y) = np.ones((len(points), 6)), points.T
+    design[:, 0], design[:, 1], design[:, 2], design[:, 3:5] = x * x, x * y, y * y, points
     return design
 
 
@@ -249,18 +241,13 @@ def _reduced(design: np.ndarray) -> tuple[bool, np.ndarray, np.ndarray]:
     return False, reduced, T
 
 
-@compiled
 def _least_ellipse(eigenvalues: np.ndarray, vectors: np.ndarray, T: np.ndarray) -> np.ndarray:
     """Conic (6,) of the eigenvector, a row of (3, 3), that is an ellipse with the least eigenvalue; else zeros."""
     conic, least = np.zeros(6), np.inf
-    for number in range(3):
-        a, b, c = vectors[number, 0], vectors[number, 1], vectors[number, 2]
-        value = abs(eigenvalues[number])
+    for value, (a, b, c) in zip(np.abs(eigenvalues).tolist(), vectors.tolist(), strict=True):
         if 4 * a * c - b * b > 0 and value < least:
             least = value
-            conic[0], conic[1], conic[2] = a, b, c
-            for row in range(3):
-                conic[3 + row] = T[row, 0] * a + T[row, 1] * b + T[row, 2] * c
+            conic[:3], conic[3:] = (a, b, c), T[:, 0] * a + T[:, 1] * b + T[:, 2] * c
     return conic
 
 

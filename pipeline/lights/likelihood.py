@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from dockpose.compiled import compiled, compiled_sum
+from dockpose.compiled import compiled, compiled_sum, compiled_within
 from dockpose.lights.centroids import beyond_noise, is_nearest, median_along_edge, nearest, window_at
 from dockpose.lights.reprojection import solve
 
@@ -36,7 +36,6 @@ _BELOW = np.array([(1 + math.erf(step / math.sqrt(2))) / 2 for step in _STEPS])
 _DENSITY = np.exp(-_STEPS * _STEPS / 2) / math.sqrt(2 * math.pi)
 
 
-@compiled
 def fitted_centres(
     grey: np.ndarray, points: np.ndarray, reach: np.ndarray, white: float, middle: np.ndarray, far_px: float
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -45,8 +44,19 @@ def fitted_centres(
     Where a light has no such shape the centre is the point and the covariance large, or NaN where nothing is known.
     ``middle`` (2,) is the lens's, and ``far_px`` how far a corner of the whole picture is from it.
     """
-    centres, covariances = points.copy(), np.full((len(points), 2, 2), np.nan)
-    slopes, radii = np.full((len(points), 2, 5), np.nan), np.zeros(len(points))
+    covariances, slopes = np.full((len(points), 2, 2), np.nan), np.full((len(points), 2, 5), np.nan)
+    found = points.copy(), covariances, slopes, np.zeros(len(points))
+    _fit_all(grey, points, reach, white, found)
+    _undo_slopes(*found, (points - middle) / far_px**2)
+    return found[:2]
+
+
+@compiled
+def _fit_all(
+    grey: np.ndarray, points: np.ndarray, reach: np.ndarray, white: float, found: tuple[np.ndarray, ...]
+) -> None:
+    """Fill in what the fit of each light finds: centres, covariances, slopes (N, 2, 5) and radii (N,)."""
+    centres, covariances, slopes, radii = found
     height, width = grey.shape
     for light in range(len(points)):
         if reach[light] == 0 or not (0 <= points[light, 0] < width and 0 <= points[light, 1] < height):
@@ -55,15 +65,14 @@ def fitted_centres(
         pixels, water = _pixels(grey, points, light, reach[light], side)
         if len(pixels) >= _LEAST_PIXELS:
             x, y, radius = _fit(pixels, white - water, covariances[light], slopes[light])
-            centres[light, 0] += side * x
-            centres[light, 1] += side * y
+            centres[light, 0], centres[light, 1] = centres[light, 0] + side * x, centres[light, 1] + side * y
             radii[light] = side * radius
-            covariances[light] *= side**2
-            slopes[light, :, :1] /= side
-            slopes[light, :, 1:3] /= side**2
-            slopes[light, :, 3:] *= side**2
-    _undo_slopes(centres, covariances, slopes, radii, (points - middle) / far_px**2)
-    return centres, covariances
+            for row in range(2):
+                slopes[light, row, 0] /= side
+                for column in range(2):
+                    covariances[light, row, column] *= side**2
+                    slopes[light, row, 1 + column] /= side**2
+                    slopes[light, row, 3 + column] *= side**2
 
 
 @compiled
@@ -79,41 +88,42 @@ def _undo_slopes(
     information, seen = 1 / _VIGNETTING**2, 0.0
     for light in range(len(centres)):
         if radii[light] > 0:
-            x, y = -2 * off[light]
+            x, y = -2 * off[light, 0], -2 * off[light, 1]
             a, b, c = slopes[light, 0, 1], slopes[light, 0, 2], slopes[light, 1, 2]
             over = 1 / max(a * c - b * b, 1e-300)
             information += (x * x * c - 2 * x * y * b + y * y * a) * over
             seen += ((x * c - y * b) * slopes[light, 0, 0] + (y * a - x * b) * slopes[light, 1, 0]) * over
-    vignetting = max(0.0, seen / information)
+    vignetting, by_lens = max(0.0, seen / information), np.empty(2)
     for light in range(len(centres)):
-        if np.isfinite(slopes[light, 0, 0]):
-            of_lens, by_lens = -2 * off[light], np.zeros(2)
+        if math.isfinite(slopes[light, 0, 0]):
+            by_lens[0] = by_lens[1] = 0.0
             for axis in range(2):
-                slope = vignetting * of_lens[axis]
+                of_lens = -2 * off[light, axis]
+                slope = vignetting * of_lens
                 if radii[light] > _SLOPED_PX:
                     slope += beyond_noise(slopes[light, axis, 0] - slope, _SURE * slopes[light, axis, 1 + axis])
                 for row in range(2):
-                    by_lens[row] += slopes[light, row, 3 + axis] * of_lens[axis]
+                    by_lens[row] += slopes[light, row, 3 + axis] * of_lens
                     centres[light, row] += slopes[light, row, 3 + axis] * slope
             for row in range(2):
                 for column in range(2):
                     covariances[light, row, column] += by_lens[row] * by_lens[column] / information
 
 
-@compiled
+@compiled_within
 def _pixels(grey: np.ndarray, points: np.ndarray, light: int, far: int, side: int) -> tuple[np.ndarray, float]:
     """x, y from the light and level above the water (K, 3) of its pixels whose mirrored ones are its own; the water.
 
     Of a large light they are squares, of an odd number of pixels a side so that their middles are pixels, and the unit.
     """
-    x0, y0 = points[light]
-    row, column = int(np.rint(y0)), int(np.rint(x0))
+    x0, y0 = points[light, 0], points[light, 1]
+    row, column = round(y0), round(x0)
     top, bottom, left, right = window_at(grey, row, column, far)
     water = median_along_edge(grey, top, bottom, left, right)
     beside = nearest(points, light, 3.0 * far)
     half, most = side // 2, 2 * far // side + 1
     pixels, count = np.empty(((most + 1) ** 2, 3)), 0
-    across, down = int(np.rint(2 * x0)), int(np.rint(2 * y0))  # of a pixel and the one that mirrors it, together
+    across, down = round(2 * x0), round(2 * y0)  # of a pixel and the one that mirrors it, together
     for y_step in range(-most + (most + down) % 2, most + 1, 2):
         y = (down + side * y_step) // 2
         mirrored_y = down - y
@@ -141,7 +151,7 @@ def _mean(grey: np.ndarray, x: int, y: int, half: int) -> float:
     return total / (2 * half + 1) ** 2
 
 
-@compiled
+@compiled_within
 def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.ndarray) -> tuple[float, float, float]:
     """Centre x, y of a light of any height, radius, blur and axes by Gauss and Newton's method, and its radius.
 
@@ -173,34 +183,35 @@ def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.nda
         if math.hypot(step[0, 0], step[1, 0]) < _SETTLED * sigma and fallen < _FALLEN * squares:
             noise = (squares - fallen) / freedom
             break
-    wrong = noise * (1 - _CHANCE / math.sqrt(used)) - _rough(odd_rows[6, :used])
-    wrong /= min(shape[0], white) ** 2
+    wrong = (noise * (1 - _CHANCE / math.sqrt(used)) - _rough(odd_rows[6], used)) / min(shape[0], white) ** 2
     if wrong > _SHAPELESS**2:
-        covariance[:] = min(wrong + shape[4] ** 2 + shape[5] ** 2, _ANYWHERE) * shape[1] ** 2 * np.eye(2)
+        anywhere = min(wrong + shape[4] ** 2 + shape[5] ** 2, _ANYWHERE) * shape[1] ** 2
+        covariance[0, 0], covariance[0, 1], covariance[1, 0], covariance[1, 1] = anywhere, 0.0, 0.0, anywhere
         return none
     if not math.hypot(odd[0], odd[1]) < reach + _CHANCE * sigma:
         return none
-    for row in range(2):
-        for column in range(2):
-            covariance[row, column] = step[row, 1 + column] * noise
+    covariance[0, 0], covariance[0, 1] = step[0, 1] * noise, step[0, 2] * noise
+    covariance[1, 0], covariance[1, 1] = step[1, 1] * noise, step[1, 2] * noise
     _find_slope(A, noise, slope)
     return odd[0], odd[1], shape[1] if shape[0] < white else 0.0
 
 
-@compiled
+@compiled_within
 def _first_shape(pixels: np.ndarray, white: float) -> np.ndarray:
     """Height above the water, radius, blur, level of the water, and how much longer than wide along x and askew."""
     height = 0.0
-    for x, y, level in pixels:
-        if abs(x) <= 1 and abs(y) <= 1:
-            height = max(height, level)
+    for pixel in range(len(pixels)):
+        if abs(pixels[pixel, 0]) <= 1 and abs(pixels[pixel, 1]) <= 1:
+            height = max(height, pixels[pixel, 2])
     total = 0.0
-    for _, _, level in pixels:
-        total += max(0.0, level - _FOOT * height)
+    for pixel in range(len(pixels)):
+        total += max(0.0, pixels[pixel, 2] - _FOOT * height)
     radius = math.sqrt(total / max((1 - _FOOT) * height, 1e-9) / math.pi)
     if height >= white:
         height, radius = _OVER_WHITE * white, radius - _WIDER_BY_PX
-    return np.array([height, max(radius, _LEAST_BLUR_PX), _BLUR_PX, 0.0, 0.0, 0.0])
+    shape = np.zeros(6)
+    shape[0], shape[1], shape[2] = height, max(radius, _LEAST_BLUR_PX), _BLUR_PX
+    return shape
 
 
 @compiled
@@ -208,7 +219,7 @@ def _rows(
     pixels: np.ndarray, white: float, shape: np.ndarray, odd: np.ndarray, odd_rows: np.ndarray, even_rows: np.ndarray
 ) -> int:
     """Fill rows (7, K): slopes of the levels by the odd and the even numbers, and residuals; how many pixels count."""
-    height, radius, blur, water, longer, askew = shape
+    height, radius, blur, water, longer, askew = shape[0], shape[1], shape[2], shape[3], shape[4], shape[5]
     over_blur, x0, y0, slope_x, slope_y = 1 / blur, odd[0], odd[1], odd[2], odd[3]
     used = 0
     for pixel in range(len(pixels)):
@@ -240,26 +251,26 @@ def _products(rows: np.ndarray, used: int) -> np.ndarray:
     products = np.empty((7, 7))
     for one in range(7):
         for other in range(one + 1):
-            products[one, other] = products[other, one] = _dot(rows[one, :used], rows[other, :used])
+            products[one, other] = products[other, one] = _dot(rows[one], rows[other], used)
     return products
 
 
 @compiled_sum
-def _dot(one: np.ndarray, other: np.ndarray) -> float:
-    """Sum of the products of two rows (K,)."""
+def _dot(one: np.ndarray, other: np.ndarray, used: int) -> float:
+    """Sum of the products of two rows (K,), of their first so many pixels."""
     total = 0.0
-    for pixel in range(len(one)):
+    for pixel in range(used):
         total += one[pixel] * other[pixel]
     return total
 
 
 @compiled
-def _rough(residuals: np.ndarray) -> float:
-    """Variance of the noise of neighbouring pixels (K,), which a wrong shape moves together."""
+def _rough(residuals: np.ndarray, used: int) -> float:
+    """Variance of the noise of neighbouring pixels, the first of (K,), which a wrong shape moves together."""
     squares = 0.0
-    for pixel in range(1, len(residuals)):
+    for pixel in range(1, used):
         squares += (residuals[pixel] - residuals[pixel - 1]) ** 2
-    return squares / (2 * (len(residuals) - 1))
+    return squares / (2 * (used - 1))
 
 
 @compiled
@@ -275,7 +286,7 @@ def _normal(x: float) -> tuple[float, float]:
     return below, _DENSITY[place] + beyond * (_DENSITY[place + 1] - _DENSITY[place])
 
 
-@compiled
+@compiled_within
 def _change_shape(shape: np.ndarray, E: np.ndarray, stiffness: float) -> float:
     """Change a light's shape by a step, no more than a step may; by how much the squares should fall."""
     for number in range(6):
@@ -283,8 +294,10 @@ def _change_shape(shape: np.ndarray, E: np.ndarray, stiffness: float) -> float:
     for number in (4, 5):
         E[number, number] += stiffness
         E[number, 6] -= stiffness * shape[number]
-    step = solve(E[:6, :6], E[:6, 6:].copy())
-    fallen = 0.0
+    step, fallen = np.empty((6, 1)), 0.0
+    for number in range(6):
+        step[number, 0] = E[number, 6]
+    solve(E, step)
     for number in range(6):
         fallen += step[number, 0] * E[number, 6]
     for number in range(3):
@@ -297,28 +310,31 @@ def _change_shape(shape: np.ndarray, E: np.ndarray, stiffness: float) -> float:
     return fallen
 
 
-@compiled
+@compiled_within
 def _step(A: np.ndarray) -> np.ndarray:
     """Step (4, 3) of centre and slope of the water, and the inverse's first two columns."""
-    four, step = A[:4, :4].copy(), np.zeros((4, 3))
+    scaled, step = A.copy(), np.zeros((4, 3))
     for number in range(4):
-        four[number, number] *= 1 + 1e-9
-    step[:, 0] = A[:4, 6]
+        scaled[number, number] *= 1 + 1e-9
+        step[number, 0] = A[number, 6]
     step[0, 1], step[1, 2] = 1.0, 1.0
-    solve(four, step)
-    return step
+    return solve(scaled, step)
 
 
-@compiled
+@compiled_within
 def _find_slope(A: np.ndarray, noise: float, slope: np.ndarray) -> None:
     """Fill in (2, 5) the slope of a light's own brightness, its covariance, and how the slope moves the centre."""
-    whole, found = A[:6, :6].copy(), np.zeros((6, 3))
-    found[:, 0] = A[:6, 6]
-    found[4, 1], found[5, 2] = 1.0, 1.0
-    moved = -A[:4, 4:6].copy()
-    four = A[:4, :4].copy()
+    scaled, found, moved = A.copy(), np.zeros((6, 3)), np.empty((4, 2))
     for number in range(6):
-        whole[number, number] *= 1 + 1e-9
-    solve(whole, found)
-    solve(four, moved)
-    slope[:, 0], slope[:, 1:3], slope[:, 3:] = found[4:, 0], noise * found[4:, 1:], moved[:2]
+        scaled[number, number] *= 1 + 1e-9
+        found[number, 0] = A[number, 6]
+        if number < 4:
+            moved[number, 0], moved[number, 1] = -A[number, 4], -A[number, 5]
+    found[4, 1], found[5, 2] = 1.0, 1.0
+    solve(scaled, found)
+    solve(A, moved)
+    for row in range(2):
+        slope[row, 0] = found[4 + row, 0]
+        for column in range(2):
+            slope[row, 1 + column] = noise * found[4 + row, 1 + column]
+            slope[row, 3 + column] = moved[row, column]

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from dockpose.compiled import compiled
 from dockpose.lights.centroids import weighted_centres
 from dockpose.lights.ellipse import NoEllipseError, fit_ellipse
 from dockpose.lights.likelihood import fitted_centres
@@ -209,15 +208,10 @@ def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray) -> 
     return weighted_centres(grey, points_px, np.minimum(_reach(boxes), _MOST_REACH_PX), _FOOT)
 
 
-@compiled
 def _reach(boxes: np.ndarray) -> np.ndarray:
     """How many pixels (N,) to each side of a light are its window, by its box (N, 4)."""
-    reach = np.empty(len(boxes), np.int64)
-    for light in range(len(boxes)):
-        left, top, right, bottom = boxes[light]
-        half = (max(right - left, bottom - top) + 2) // 2
-        reach[light] = half + max(_LEAST_REACH_PX, half)
-    return reach
+    half = ((boxes[:, 2:] - boxes[:, :2]).max(axis=1) + 2) // 2
+    return half + np.maximum(_LEAST_REACH_PX, half)
 
 
 def with_fitted_centres(

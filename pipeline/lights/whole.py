@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from dockpose.compiled import compiled
 from dockpose.dock import Dock
 from dockpose.lights.chance import ACCEPTED, log_chance_ellipses
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
@@ -64,20 +63,11 @@ def _angles_on(points: np.ndarray, ellipse: Ellipse) -> np.ndarray:
     return np.arctan2((-x * sin + y * cos) / minor, (x * cos + y * sin) / major)
 
 
-@compiled
 def _is_even(angles: np.ndarray, lights: int) -> bool:
     """Whether angles are as evenly spaced as a regular polygon's corners, some of which may be missing."""
-    sine, cosine = 0.0, 0.0
-    for angle in angles:
-        sine += math.sin(lights * angle)
-        cosine += math.cos(lights * angle)
-    phase, squares = math.atan2(sine, cosine) / (2 * math.pi), 0.0
-    taken = np.zeros(lights, np.bool_)
-    for angle in angles:
-        off = angle * lights / (2 * math.pi) - phase
-        corner = round(off)
-        if taken[int(corner) % lights]:
-            return False
-        taken[int(corner) % lights] = True
-        squares += (off - corner) ** 2
-    return math.sqrt(squares / len(angles)) < _EVEN_WITHIN
+    turns = lights * angles
+    off = (turns - math.atan2(np.sin(turns).sum(), np.cos(turns).sum())) / (2 * math.pi)
+    corners = np.rint(off)
+    if len(set((corners % lights).tolist())) < len(angles):
+        return False
+    return math.sqrt(((off - corners) ** 2).mean()) < _EVEN_WITHIN

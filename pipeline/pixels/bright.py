@@ -120,7 +120,9 @@ class SquareGroups:
 
     def shapes(self) -> Shapes:
         """What each group looks like."""
-        return shapes_in_squares(self.levels, self.side, self.group_at, self.dimmest, SATURATED)
+        shapes = no_shapes(len(self.dimmest))
+        _add_squares(shapes, self.levels, self.side, self.group_at, self.dimmest, SATURATED)
+        return to_means(shapes)
 
     def squares(self) -> tuple[np.ndarray, np.ndarray, int]:
         """Place (m,) and group (m,) of each square that has one, and the number of squares in a row."""
@@ -157,13 +159,13 @@ def _at_least(flat: np.ndarray, floor: int, index: np.ndarray) -> tuple[np.ndarr
     """Positions (n,) of the pixels at or above ``floor``, of the type of ``index``, and their levels (n,)."""
     # The brightest of a run is found in a few instructions, and most runs hold no bright pixel.
     runs = -(-len(flat) // _RUN)
-    has_bright, most = np.zeros(runs, np.bool_), 0
+    has_bright, most = np.empty(runs, np.bool_), 0
     for run in range(runs):
         brightest = np.uint8(0)
         for level in flat[run * _RUN : (run + 1) * _RUN]:
             brightest = max(brightest, level)
-        if brightest >= floor:
-            has_bright[run] = True
+        has_bright[run] = brightest >= floor
+        if has_bright[run]:
             for level in flat[run * _RUN : (run + 1) * _RUN]:
                 most += level >= floor
     index, levels, count = np.empty(most, index.dtype), np.empty(most, np.int32), 0
@@ -223,11 +225,11 @@ def coarsen(
 
 
 @compiled
-def shapes_in_squares(
-    levels: np.ndarray, side: int, group_at: np.ndarray, dimmest: np.ndarray, saturated: int
-) -> Shapes:
-    """Shapes of groups of squares (h, w), -1 for none, of pixels at or above a group's ``dimmest`` (N,)."""
-    shapes, width = no_shapes(len(dimmest)), levels.shape[1]
+def _add_squares(
+    shapes: Shapes, levels: np.ndarray, side: int, group_at: np.ndarray, dimmest: np.ndarray, saturated: int
+) -> None:
+    """Add the pixels at or above a group's ``dimmest`` (N,) to shapes of groups of squares (h, w), -1 for none."""
+    width = levels.shape[1]
     for y in range(len(levels)):
         row = group_at[y // side]
         for square in range(len(row)):
@@ -237,5 +239,3 @@ def shapes_in_squares(
                 level = np.int64(levels[y, x])
                 if level >= dimmest[row[square]]:
                     add_pixel(shapes, row[square], x, y, level, saturated)
-    to_means(shapes)
-    return shapes

@@ -76,20 +76,20 @@ def count_groups(
     """Number of all groups at every level, and of those that a person would count; (256,) each, -1 below the floor."""
     count = len(level)
     beside = touching(index, width)
-    parent, area = np.arange(count, dtype=np.int32), np.ones(count, np.int32)
+    parent, area, seen = np.empty(count, np.int32), np.empty(count, np.int32), np.empty(count, np.bool_)
     # The level from which down a group has the least area, and more than the most.
-    enough, too_much = np.full(count, -1, np.int32), np.full(count, -1, np.int32)
-    seen = np.zeros(count, np.bool_)
+    enough, too_much = np.empty(count, np.int32), np.empty(count, np.int32)
+    for pixel in range(count):
+        parent[pixel], area[pixel], enough[pixel], too_much[pixel], seen[pixel] = pixel, 1, -1, -1, False
     # What each level adds to the number of the level above.
     more, more_real = np.zeros(LEVELS + 1, np.int64), np.zeros(LEVELS + 1, np.int64)
     for pixel in brightest_first(level):
         seen[pixel] = True
-        at = level[pixel]
-        own = int(pixel)
+        at, own = np.int64(level[pixel]), np.int64(pixel)
         if min_area_px <= 1:
             enough[own] = at
         for number in range(NEIGHBOURS):
-            other = beside[pixel, number]
+            other = np.int64(beside[pixel, number])
             if other < 0 or not seen[other]:
                 continue
             other = root_of(parent, other)
@@ -108,8 +108,10 @@ def count_groups(
     for pixel in range(count):
         if parent[pixel] == pixel:
             _count_one(more, more_real, level[pixel], enough[pixel], too_much[pixel], floor - 1, rise, saturated)
-    counts, real = np.full(LEVELS, -1), np.full(LEVELS, -1)
+    counts, real = np.zeros(LEVELS, np.int64), np.zeros(LEVELS, np.int64)
     groups, real_groups = 0, 0
+    for at in range(floor):
+        counts[at] = real[at] = -1
     for at in range(LEVELS - 1, floor - 1, -1):
         groups += more[at]
         real_groups += more_real[at]
@@ -146,9 +148,10 @@ def label_groups(index: np.ndarray, width: int) -> tuple[int, np.ndarray]:
     """How many groups the pixels form, and the number (n,) of each one's, in the order of their first pixels."""
     starts, ends = _runs(index, width)
     runs = len(starts)
-    parent = np.arange(runs)
+    parent = np.empty(runs, np.int32)
     above, row_starts = 0, 0
     for run in range(runs):
+        parent[run] = run
         left, right = index[starts[run]], index[ends[run] - 1]
         if left >= row_starts + width:
             row_starts = left - left % width
@@ -179,7 +182,7 @@ def label_groups(index: np.ndarray, width: int) -> tuple[int, np.ndarray]:
 @compiled
 def _runs(index: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
     """The first pixel (m,) and the one after the last (m,) of each run of neighbours in a row."""
-    starts, ends = np.empty(len(index), np.int64), np.empty(len(index), np.int64)
+    starts, ends = np.empty(len(index), np.int32), np.empty(len(index), np.int32)
     runs, row_ends = 0, 0
     for pixel in range(len(index)):
         if pixel > 0 and index[pixel] == index[pixel - 1] + 1 and index[pixel] < row_ends:
@@ -226,14 +229,11 @@ class Shapes(NamedTuple):
     saturated: np.ndarray  # (N,): how many of its pixels are
 
 
-@compiled
 def no_shapes(count: int) -> Shapes:
     """Shapes of groups to which pixels are yet to be added."""
-    boxes = np.empty((count, 4), np.int64)
-    for group in range(count):
-        boxes[group, 0] = boxes[group, 1] = np.iinfo(np.int64).max
-        boxes[group, 2] = boxes[group, 3] = -1
-    areas, peaks, saturated = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
+    boxes = np.full((count, 4), -1, np.int64)
+    boxes[:, :2] = np.iinfo(np.int64).max
+    areas, peaks, saturated = np.zeros((3, count), np.int64)
     return Shapes(areas, np.zeros((count, 2)), boxes, peaks, saturated)
 
 
@@ -250,23 +250,28 @@ def add_pixel(shapes: Shapes, group: int, x: int, y: int, level: int, saturated:
     box[2], box[3] = max(box[2], x), max(box[3], y)
 
 
-@compiled
 def group_shapes(
     index: np.ndarray, level: np.ndarray, labels: np.ndarray, count: int, width: int, saturated: int
 ) -> Shapes:
     """Shapes of groups of listed pixels, each of the group ``labels`` (n,)."""
-    shapes, y = no_shapes(count), 0
+    shapes = no_shapes(count)
+    _add_pixels(shapes, index, level, labels, width, saturated)
+    return to_means(shapes)
+
+
+@compiled
+def _add_pixels(
+    shapes: Shapes, index: np.ndarray, level: np.ndarray, labels: np.ndarray, width: int, saturated: int
+) -> None:
+    """Add listed pixels, each to the group ``labels`` (n,)."""
+    y = 0
     for pixel in range(len(index)):
         if index[pixel] >= (y + 1) * width:
             y = index[pixel] // width
         add_pixel(shapes, labels[pixel], index[pixel] - y * width, y, level[pixel], saturated)
-    to_means(shapes)
+
+
+def to_means(shapes: Shapes) -> Shapes:
+    """Divide the sums of pixels' places, in place, by how many there are."""
+    shapes.moments[:] /= np.maximum(shapes.areas, 1)[:, None]
     return shapes
-
-
-@compiled
-def to_means(shapes: Shapes) -> None:
-    """Divide the sums of pixels' places by how many there are."""
-    for group in range(len(shapes.areas)):
-        for axis in range(2):
-            shapes.moments[group, axis] /= max(shapes.areas[group], 1)

@@ -235,7 +235,7 @@ def _on_even_ring(points: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarra
     """What :class:`Placement` has, by the common phase of the points' angles, modulo the spacing."""
     step = 2 * math.pi / count
     lights, angles = np.empty(points.shape, np.int64), np.empty(points.shape)
-    rolls, fits = np.empty(len(points)), np.ones(len(points), np.bool_)
+    rolls, fits = np.empty(len(points)), np.empty(len(points), np.bool_)
     taken = np.empty(count, np.bool_)
     for k in range(len(points)):
         sine, cosine = 0.0, 0.0
@@ -243,7 +243,9 @@ def _on_even_ring(points: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarra
             sine += math.sin(count * angle)
             cosine += math.cos(count * angle)
         roll = rolls[k] = math.atan2(sine, cosine) / count
-        taken[:] = False
+        fits[k] = True
+        for light in range(count):
+            taken[light] = False
         for number in range(points.shape[1]):
             slot = (points[k, number] - roll) / step
             nearest = round(slot)

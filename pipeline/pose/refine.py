@@ -92,7 +92,9 @@ def refine(
         lights, free_m, numbers = np.zeros((len(rotations), points, 3)), radius_m, points
     else:
         lights, free_m, numbers = _on_circle(angles_rad, radius_m, offsets_m), 0.0, 2 * points
-    turns, places_m, squares, covariances = _minimised(rotations, positions_m, lights, float(free_m), *rays)
+    turns, places_m, squares = rotations.copy(), positions_m.copy(), np.empty(len(rotations))
+    covariances = np.empty((len(rotations), 6, 6))
+    _minimise(turns, places_m, squares, covariances, lights, float(free_m), rays)
     return Fit(turns, places_m, squares, covariances, numbers, points)
 
 
@@ -122,21 +124,22 @@ def weigh(
     offsets = None if offsets_m is None else offsets_m[best]
     lights = _on_circle(angles_rad, radius_m, offsets)
     R, t = fit.rotations[best], fit.positions_m[best]
-    roots, least_px, ratio = _weights(R, t, lights, rays, covariances_px2, max(1, fit.numbers - 6))
+    roots = covariances_px2.copy()
+    least_px, ratio = _turn_to_roots(roots, R, t, lights, rays, max(1, fit.numbers - 6))
     return (rays._replace(slopes_px=roots @ rays.slopes_px) if ratio > _ALIKE else rays), least_px
 
 
 @compiled
-def _weights(
-    R: np.ndarray, t: np.ndarray, lights: np.ndarray, rays: LightRays, covariances: np.ndarray, freedom: int
-) -> tuple[np.ndarray, float, float]:
-    """Roots (N, 2, 2) of weights that are 1 on average, the noise of the picture, and the largest over the least."""
+def _turn_to_roots(
+    covariances: np.ndarray, R: np.ndarray, t: np.ndarray, lights: np.ndarray, rays: LightRays, freedom: int
+) -> tuple[float, float]:
+    """Turn covariances (N, 2, 2) to roots of weights of 1 on average; picture's noise, largest weight over least."""
     count = len(lights)
     squares, known = np.empty((count, 3)), np.empty((count, 3))
     for light in range(count):
-        given = covariances[light]
-        known[light, 0], known[light, 1], known[light, 2] = given[0, 0], given[0, 1], given[1, 1]
-        x, y, z = lights[light]
+        known[light, 0], known[light, 1] = covariances[light, 0, 0], covariances[light, 0, 1]
+        known[light, 2] = covariances[light, 1, 1]
+        x, y, z = lights[light, 0], lights[light, 1], lights[light, 2]
         X = R[0, 0] * x + R[0, 1] * y + R[0, 2] * z + t[0]
         Y = R[1, 0] * x + R[1, 1] * y + R[1, 2] * z + t[1]
         Z = R[2, 0] * x + R[2, 1] * y + R[2, 2] * z + t[2]
@@ -155,9 +158,9 @@ def _weights(
             low = middle
         else:
             high = middle
-    roots, mean, own, least, most = np.zeros((count, 2, 2)), 0.0, 0.0, np.inf, 0.0
+    mean, own, least, most = 0.0, 0.0, np.inf, 0.0
     for light in range(count):
-        a, b, c = known[light]
+        a, b, c = known[light, 0], known[light, 1], known[light, 2]
         own += (a + c) / (2 * count * (a * c - b * b))
         a, c = a + high, c + high
         weight = (a + c) / (2 * (a * c - b * b))
@@ -167,10 +170,10 @@ def _weights(
         a, b, c = known[light, 0] + high, known[light, 1], known[light, 2] + high
         # Upper triangle whose product with its transpose, before it, is the inverse.
         over = 1 / (mean * (a * c - b * b))
-        roots[light, 0, 0] = np.sqrt(c * over)
-        roots[light, 0, 1] = -b * over / roots[light, 0, 0]
-        roots[light, 1, 1] = np.sqrt(1 / (mean * c))
-    return roots, np.sqrt(1 / own), most / least
+        root = np.sqrt(c * over)
+        covariances[light, 0, 0], covariances[light, 0, 1] = root, -b * over / root
+        covariances[light, 1, 0], covariances[light, 1, 1] = 0.0, np.sqrt(1 / (mean * c))
+    return np.sqrt(1 / own), most / least
 
 
 @compiled
@@ -184,21 +187,18 @@ def _explained(squares: np.ndarray, known: np.ndarray, more: float) -> float:
 
 
 @compiled
-def _minimised(
-    rotations: np.ndarray,
-    positions: np.ndarray,
+def _minimise(
+    R: np.ndarray,
+    t: np.ndarray,
+    squares: np.ndarray,
+    covariances: np.ndarray,
     lights: np.ndarray,
     free: float,
-    tangents: np.ndarray,
-    starts: np.ndarray,
-    slopes: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Rotations, positions, squares and covariances of K poses; ``free``: the radius there, 0 for fixed lights."""
-    rays = LightRays(tangents, starts, slopes)
-    count = len(rotations)
-    R, t, lights = rotations.copy(), positions.copy(), lights.copy()
-    covariances, steps = np.empty((count, 6, 6)), np.empty((count, 6))
-    gains, squares = np.empty(count), np.empty(count)
+    rays: LightRays,
+) -> None:
+    """Move K poses and free lights, in place, and fill in squares and covariances; ``free``: radius, 0 for fixed."""
+    count = len(R)
+    gains, steps = np.empty(count), np.empty((count, 6))
     products, gradient = np.empty((7, 7)), np.empty(6)
     for _ in range(MAX_STEPS):
         longest = 0.0
@@ -242,7 +242,6 @@ def _minimised(
             break
     for k in range(count):
         squares[k] = max(squares[k], 0.0)
-    return R, t, squares, covariances
 
 
 @compiled

@@ -144,7 +144,9 @@ def _votes(level: int, length: int, mode: int) -> float:
 @compiled
 def background_mode(counts: np.ndarray) -> int:
     """The level that most of the background has: of the darkest part of the picture, as large as lights leave it."""
-    total, so_far, mode = counts.sum(), 0, 0
+    total, so_far, mode = 0, 0, 0
+    for count in counts:
+        total += count
     for level in range(len(counts)):
         if counts[level] > counts[mode]:
             mode = level
@@ -157,7 +159,9 @@ def background_mode(counts: np.ndarray) -> int:
 @compiled
 def background_limit(counts: np.ndarray) -> int:
     """The first level above the background; 256 where everything is background."""
-    total = counts.sum()
+    total = 0
+    for count in counts:
+        total += count
     if total == 0:
         return LEVELS
     ends, brightest, half = LEVELS, 0, len(SMOOTHING) // 2

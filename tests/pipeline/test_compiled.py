@@ -3,6 +3,7 @@
 import ast
 import importlib
 import inspect
+import os
 import pkgutil
 import shutil
 import subprocess
@@ -12,6 +13,7 @@ from types import ModuleType
 import dockpose
 import pytest
 from dockpose import compiled as compiling
+from numba.core import config
 from numba.core.dispatcher import Dispatcher
 
 PROGRAM = """
@@ -54,6 +56,43 @@ def test_an_edited_helper_changes_what_calls_it_from_another_file(tmp_path):
     assert run() == ["3", "1"]
     helper.write_text(text.replace("x + 1", "x + 10"))
     assert run() == ["21", "0"]
+
+
+@pytest.mark.slow
+def test_what_one_version_of_numba_compiled_is_there_after_another_ran(tmp_path):
+    program = (
+        "import numba, sys; numba.__version__ = sys.argv[1] or numba.__version__\n"
+        "from dockpose.pixels.flood import root_of; import numpy as np\n"
+        "root_of(np.zeros(1, np.int32), 0); print(sum(root_of.stats.cache_hits.values()))"
+    )
+
+    def hits(version):
+        command = [sys.executable, "-c", program, version]
+        env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+        return subprocess.run(command, capture_output=True, text=True, check=True, env=env).stdout.strip()
+
+    assert [hits(version) for version in ("", "0.0.1", "", "0.0.1")] == ["0", "0", "1", "1"]
+
+
+def test_loops_are_counted_as_they_are_compiled_and_no_more_than_there_are(tmp_path, monkeypatch):
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
+    counts = []
+
+    def called(x):
+        return x + 1
+
+    called = compiling.compiled(called)
+
+    def calling(x):
+        return called(x) + called(2 * x)
+
+    with compiling.on_compiling(lambda *each: counts.append(each)):
+        assert compiling.compiled(calling)(1) == 5
+        assert called(0.5) == 1.5  # another type of the same loop is no other loop
+    (nothing, most), *later = counts
+    assert nothing == 0
+    assert most >= 2
+    assert [done for done, _ in later] == [0, 2]
 
 
 def test_a_compiled_function_uses_nothing_of_a_file_without_compiled_functions():

@@ -49,11 +49,10 @@ RUNS ?= 10
 test-busy: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m tests.bench.busy --runs $(RUNS)
 
-# A fast part of the tests with the oldest version of each dependency, which compiles into a folder of its own.
-COMPILED_BY_OLDEST := NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/compiled
+# A fast part of the tests with the oldest version of each dependency.
 test-oldest: $(OLDEST)/.test
 	$(OLDEST)/bin/python --version
-	$(COMPILED_BY_OLDEST) $(OLDEST)/bin/python -m pytest --numprocesses 2 --dist loadfile \
+	$(OLDEST)/bin/python -m pytest --numprocesses 2 --dist loadfile \
 		--no-loadscope-reorder -p no:cacheprovider -m "not slow and not extra" \
 		tests/pipeline tests/app/state tests/app/drawing tests/app/export tests/app/commands \
 		--ignore tests/pipeline/paper --ignore tests/app/commands/test_serve.py
@@ -184,7 +183,7 @@ $(VENV)/.extra: $(VENV)/.test
 $(OLDEST)/.test: pyproject.toml tests/constraints-oldest.txt
 	$(PYTHON) -m venv $(OLDEST)
 	$(OLDEST)/bin/python $(PIP_INSTALL) --constraint tests/constraints-oldest.txt --editable ".[test]"
-	$(COMPILED_BY_OLDEST) $(OLDEST)/bin/python -m tests.support.compile_loops
+	$(OLDEST)/bin/python -m tests.support.compile_loops
 	touch $@
 
 $(VENV)/.docs: $(VENV)/.test

@@ -92,10 +92,10 @@ def test_all_code_is_in_the_wheel(unpacked):
 
 
 def test_static_and_samples_are_in_the_wheel(unpacked):
-    for folder in ("static", "sample_images"):
+    for folder, place in (("static", "app/static"), ("sample_images", "sample_images")):
         ours = {path.name for path in (ROOT / folder).iterdir() if path.is_file() and "screenshot" not in path.name}
         assert ours
-        assert ours == {path.name for path in (unpacked / "dockpose/app" / folder).iterdir()}
+        assert ours == {path.name for path in (unpacked / "dockpose" / place).iterdir()}
 
 
 def test_what_people_read_is_in_the_source_distribution(wheel):

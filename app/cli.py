@@ -37,7 +37,6 @@ COMMANDS = {
     "study": "paper:run_study",
     "ros": "ros:run",
     "doctor": "doctor:run",
-    "completion": "completion:run",
 }
 _COMPILING_EVERY_S = 5.0  # between two reports of how far it is
 _LOG = logging.getLogger("dockpose")
@@ -171,7 +170,7 @@ class _Parser(argparse.ArgumentParser):
 
 def _parsed(words: Sequence[str]) -> argparse.Namespace:
     """The arguments that the words of a command are; what it does not know ends the program."""
-    parser = _parser(*(COMMANDS if words[0] == "completion" else words[:1]))
+    parser = _parser(*words[:1])
     arguments, unknown = parser.parse_known_args(words)
     if unknown:
         command: argparse.ArgumentParser = arguments.parser
@@ -201,7 +200,6 @@ def _parser(*loaded: str) -> argparse.ArgumentParser:
             run, known = _loaded(name)
             add_command(command, name, known)
             command.set_defaults(run=run, parser=command)
-    parser.set_defaults(program=parser)  # which completion needs
     return parser
 
 

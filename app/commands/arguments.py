@@ -28,7 +28,7 @@ from dockpose.text import printable
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
 _METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
 # Of all commands, the options that write, and those that name one file to read.
-WRITTEN = ("json", "csv", "annotate", "montage", "out", "out_camera", "rerun", "record", "log_file")
+WRITTEN = ("json", "csv", "annotate", "montage", "out", "out_camera", "record", "log_file")
 READ = ("camera", "dock", "vehicle", "scene")
 _TYPES = {
     **{"int": int, "float": float, "path": Path, "sample": sample_source},

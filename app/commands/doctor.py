@@ -40,7 +40,7 @@ OK, WARNING, BROKEN = "ok", "warning", "broken"
 _NEEDED = ("numpy", "opencv-python-headless", "scipy", "scikit-image", "numba", "av", "viser", "msgspec", "matplotlib")
 _OPENCV = "opencv-python-headless"
 _OTHER_OPENCV = ("opencv-python", "opencv-contrib-python", "opencv-contrib-python-headless")
-_OPTIONAL = ("pandas", "distributed", "rosbags", "mcap", "rerun-sdk", "shtab")
+_OPTIONAL = ("pandas", "distributed", "rosbags", "mcap")
 _PICTURES = (".png", ".jpg", ".tiff", ".bmp", ".webp", ".pgm")
 _NEEDED_PICTURES = ("png", "jpg")
 # Decoder, and the encoder and pixels that try it; without one it is only asked for.

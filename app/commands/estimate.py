@@ -17,7 +17,6 @@ from dockpose.app.commands.output import ResultWriter
 from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError, blaming
 from dockpose.app.experiment import Row, SessionRecord, read_session
-from dockpose.app.export.recordings.rerun_file import ENDING as RERUN_ENDING
 from dockpose.app.export.recordings.ros import ENDING as MCAP_ENDING
 from dockpose.app.export.recordings.ros import Seen
 from dockpose.app.export.video import is_video_file
@@ -36,7 +35,7 @@ KNOWN = {"method": {"choices": METHODS}, "words": {"least_px": Settings().min_ar
 
 # What does not go with --session.
 _OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock", "vehicle")
-_WRITTEN = ("json", "csv", "annotate", "out", "rerun", "record")
+_WRITTEN = ("json", "csv", "annotate", "out", "record")
 _MOST_NUMBERS = 4  # of a row that are listed one by one
 
 
@@ -55,9 +54,8 @@ def run(arguments: argparse.Namespace) -> int:
     is_video = arguments.annotate is not None and is_video_file(arguments.annotate)
     if is_video and (len(parts) != 1 or isinstance(parts[0], Batch)):
         raise UserError(f"--annotate {arguments.annotate}: a video is made of one sequence; give a folder instead")
-    recording = arguments.out or arguments.rerun
-    if recording is not None and len(parts) != 1:
-        raise UserError(f"{recording}: takes one source, since its times are those of one")
+    if arguments.out is not None and len(parts) != 1:
+        raise UserError(f"{arguments.out}: takes one source, since its times are those of one")
     return _estimate(parts, settings, arguments)
 
 
@@ -67,9 +65,8 @@ def _check(arguments: argparse.Namespace) -> None:
     given.check_least(arguments, jobs=1)
     if rate_hz is not None and not 0 < rate_hz < 1e6:
         raise UserError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
-    for option, path, ending in (("--out", arguments.out, MCAP_ENDING), ("--rerun", arguments.rerun, RERUN_ENDING)):
-        if path is not None and path.suffix.lower() != ending:
-            raise UserError(f"{option} {path}: must be NAME{ending}")
+    if arguments.out is not None and arguments.out.suffix.lower() != MCAP_ENDING:
+        raise UserError(f"--out {arguments.out}: must be NAME{MCAP_ENDING}")
     if arguments.record is not None:
         given.check_recording(arguments.record, arguments.sources)
     if arguments.smooth and arguments.json is None and arguments.csv is None:
@@ -121,7 +118,7 @@ def _estimate_pictures(
     batch: Batch, settings: Settings, how: argparse.Namespace, results: ResultWriter, files: contextlib.ExitStack
 ) -> None:
     source = as_text(str(batch.files[0].path)) if batch.files else ""
-    recordings = results.recordings(source, files, console.say)
+    bag = results.bag(source, files, console.say)
     folder = None if how.annotate is None else results.folder(how.annotate)
     auto_masks = AutoMasks(settings, console.say)
 
@@ -135,7 +132,7 @@ def _estimate_pictures(
         name = as_text(str(path))
         line = found.to_dict(name, 0, None, sha256, taken_s, how.carrier) | NO_TRACK | given.turned(how)
         seen = Seen(name, results.frames, found, trust_of(found), vehicle=how.carrier)
-        results.write(line, str(path), seen, read, keep, recordings)
+        results.write(line, str(path), seen, read, keep, bag)
 
     if is_split(how):
         with workers(how.jobs, how.scheduler) as (executor, at_once):

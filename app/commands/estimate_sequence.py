@@ -61,7 +61,7 @@ def estimate_sequence(
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(frames, results, folder, files)
         smoother = files.enter_context(_smoothed(run, settings, results)) if how.smooth else None
-        recordings = results.recordings(source.name, files, progress.tell)
+        bag = results.bag(source.name, files, progress.tell)
         for found, followed in run:
             tracked = followed.tracked
             if autopilot is not None and run.last is not None:
@@ -74,7 +74,7 @@ def estimate_sequence(
             keep = functools.partial(write_picture, found.index, found.time_s)
             if smoother is not None:
                 smoother.note(tracked)
-            results.write(line, f"{found.label}{time}", seen, read, keep, recordings)
+            results.write(line, f"{found.label}{time}", seen, read, keep, bag)
             progress.step(frames.dropped)
         if recording is not None and recording.has_failed:
             return False

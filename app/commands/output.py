@@ -9,7 +9,7 @@ import json
 import os
 import stat
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any
 
@@ -20,15 +20,12 @@ from dockpose.app.commands.console import check_stopped, put, put_text
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import check_folder, unwritable, writing
 from dockpose.app.export.data import CSV_COLUMNS, to_row
-from dockpose.app.export.recordings.rerun_file import RerunFile
 from dockpose.app.export.recordings.ros import PoseFile, Seen
 from dockpose.app.inputs.protected import Protected
 from dockpose.app.processing.analysis import headline_of
 from dockpose.app.state.trust import NO_POSE, Trust
 from dockpose.files import write_all, write_whole
 from dockpose.text import as_text
-
-Recorded = PoseFile | RerunFile
 
 
 class ResultWriter:
@@ -51,10 +48,10 @@ class ResultWriter:
             self._folders[path] = PictureFolder(path, self.to.protected)
         return self._folders[path]
 
-    def recordings(self, source: str, files: contextlib.ExitStack, tell: Callable[[str], None]) -> list[Recorded]:
-        """Open what ``--out`` and ``--rerun`` name for the frames of one source, to be closed with ``files``."""
-        named = [(path, kind) for path, kind in ((self.to.out, PoseFile), (self.to.rerun, RerunFile)) if path]
-        return [files.enter_context(contextlib.closing(kind(path, source, tell))) for path, kind in named]
+    def bag(self, source: str, files: contextlib.ExitStack, tell: Callable[[str], None]) -> PoseFile | None:
+        """Open what ``--out`` names for the frames of one source, to be closed with ``files``."""
+        path = self.to.out
+        return None if path is None else files.enter_context(contextlib.closing(PoseFile(path, source, tell)))
 
     def write(
         self,
@@ -63,7 +60,7 @@ class ResultWriter:
         seen: Seen,
         read: Callable[[], np.ndarray],
         keep: Callable[[np.ndarray], object],
-        recordings: Sequence[Recorded],
+        bag: PoseFile | None,
     ) -> None:
         """Write a frame, whose picture ``read`` returns, and whose annotated one ``keep`` takes."""
 
@@ -83,11 +80,8 @@ class ResultWriter:
         elif self._json is None and self._table is None:
             put(f"{label}: {_sentences(line, seen.trust)}")
         self.frames += 1
-        if recordings:
-            picture = None if self.to.out is None else drawn()
-            with_pictures = dataclasses.replace(seen, picture=picture, original=read())
-            for file in recordings:
-                file.write(with_pictures, line["time_s"], line["time_unix_s"])
+        if bag is not None:
+            bag.write(dataclasses.replace(seen, picture=drawn()), line["time_s"], line["time_unix_s"])
 
     def record(self, line: dict[str, Any]) -> None:
         """Write a frame's JSON object and row."""

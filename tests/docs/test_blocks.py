@@ -15,7 +15,6 @@ COMMANDS = commands()
 # Commands that are read by the parser and not run here, and why. The first that matches counts.
 NOT_RUN = {
     r"(git|cd|python3|pip|\.) ": "installs the program; make newcomer does",
-    r"eval ": "changes the shell that runs it; tests/app/test_cli.py does",
     r"docker ": "needs Docker; tests/test_docker.py and tests/bench/bench_docker.py take its steps without it",
     r"make ": "makes environments, or takes minutes; the target is there",
     r"dockpose( serve .*| --.*)?$": "serves until it is stopped; tests/app/commands/test_serve.py does",
@@ -26,7 +25,6 @@ NOT_RUN = {
     r"dockpose (reproduce|study) ": "takes minutes; tests/app/commands/test_paper.py has parts of it",
     r"dockpose calibrate ": "looks for boards for a minute; tests/app/commands/test_calibration.py does",
     r"dockpose learn-dock ": "needs sixty frames from all sides; tests/app/commands/test_calibration.py does",
-    r".* --rerun ": "takes seconds to load Rerun; tests/app/export/test_recordings.py does",
 }
 OURS = [(name, words) for name, words in COMMANDS if words.startswith("dockpose")]
 

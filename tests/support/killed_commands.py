@@ -62,7 +62,6 @@ COMMANDS = (
     Command("estimate --annotate .mkv", f"{_FILM} --json a.jsonl --annotate a.mkv", ("a.jsonl", "a.mkv")),
     Command("estimate --annotate .avi", f"{_FILM} --json a.jsonl --annotate a.avi", ("a.jsonl", "a.avi")),
     Command("estimate --out .mcap", f"{_FILM} --json a.jsonl --out a.mcap", ("a.jsonl", "a.mcap")),
-    Command("estimate --rerun", f"{_FILM} --json a.jsonl --rerun a.rrd", ("a.jsonl", "a.rrd")),
     Command("estimate a bag", "estimate IN/bag.mcap --csv a.csv --out b.mcap " + _KNOWN, ("a.csv", "b.mcap")),
     Command(
         "estimate --record",

@@ -71,7 +71,7 @@ def _read(path: Path, is_growing: bool) -> None:
     elif ending == ".pdf":
         assert data.startswith(b"%PDF")
         assert data.rstrip().endswith(b"%%EOF")
-    elif ending in (".mkv", ".mp4", ".avi", ".mcap", ".rrd"):
+    elif ending in (".mkv", ".mp4", ".avi", ".mcap"):
         _read_stream(path)
     elif ending == ".csv":
         rows = list(csv.reader(io.StringIO(data.decode(), newline="")))
@@ -95,9 +95,6 @@ def _read_lines(path: Path, data: bytes) -> None:
 
 def _read_stream(path: Path) -> None:
     """Read what there is of frames or messages; a file of a header alone has none."""
-    if path.suffix == ".rrd":
-        assert path.read_bytes().startswith(b"RRF")
-        return
     told: list[str] = []
     if path.suffix == ".mcap":
         try:

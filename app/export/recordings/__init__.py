@@ -1,1 +1,1 @@
-"""Results of each frame for other programs: as messages of ROS 2, in an MCAP file, and for the viewer Rerun."""
+"""Results of each frame for other programs: as messages of ROS 2, in an MCAP file."""

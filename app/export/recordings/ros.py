@@ -59,7 +59,6 @@ class Seen:
     trust: Trust  # how far to trust it
     track: Track | None = None  # state of the track
     picture: np.ndarray | None = None  # (H, W, 3): the annotated picture
-    original: np.ndarray | None = None  # (H, W): the picture itself
     clock: str = "time of day"  # what the time stamps are
     vehicle: Vehicle | None = None  # what carries the camera
 

@@ -74,7 +74,7 @@ def run_in_shell(closing, *words):
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="needs a shell that closes files")
 def test_a_standard_output_that_is_closed_is_one_sentence():
-    done = run_in_shell(">&-", "completion", "bash")
+    done = run_in_shell(">&-", "estimate", "tilted")
     assert done.stderr == "dockpose: standard output: cannot be written (it is closed)\n"
     assert done.returncode == 1
 

@@ -110,21 +110,6 @@ def test_simulate_and_bag_on_a_full_disk(tmp_path, video):
     assert "x.mcap: cannot be written (the disk or this account takes no larger file)" in done.stderr
 
 
-@pytest.mark.extra
-@pytest.mark.slow
-@pytest.mark.parametrize("limit_bytes", [0, 30_000])
-def test_a_recording_for_rerun_on_a_full_disk_is_told(tmp_path, video, limit_bytes):
-    """Rerun itself only logs that it cannot write, and then waits for ever or ends as if all were well."""
-    done = run_on_full_disk(limit_bytes, tmp_path, "estimate", str(video), "--rerun", "a.rrd")
-    assert done.returncode == 1
-    assert "a.rrd: cannot be written (the disk or this account takes no larger file)" in done.stderr.splitlines()[-1]
-    assert "Traceback" not in done.stderr
-    path = tmp_path / "a.rrd"
-    assert path.exists() == ("what was written before is kept" in done.stderr) == (limit_bytes > 0)
-    if path.exists():
-        assert 0 < path.stat().st_size <= limit_bytes
-
-
 def test_a_simulated_video_on_a_full_disk_leaves_all_its_files_or_none(tmp_path):
     scene = tmp_path / "scene.yaml"
     for limit_bytes in (3000, 30_000):

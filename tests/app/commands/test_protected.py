@@ -48,7 +48,6 @@ REFUSED = [
     ("estimate tilted.png --json - --csv /dev/stdout", "--csv /dev/stdout", "what --json writes"),
     ("estimate tank.sdp --json tank.sdp", "--json tank.sdp", "input tank.sdp"),
     ("estimate 0 --record new.mkv --annotate ./new.mkv", "--record new.mkv", "what --annotate writes"),
-    ("estimate bag.mcap --rerun a.rrd --log-file a.rrd", "--log-file a.rrd", "what --rerun writes"),
     ("compare tilted.png --json tilted.png", "--json tilted.png", "input tilted.png"),
     ("compare tilted.png --montage new --log-file new", "--log-file new", "what --montage writes"),
     ("export tilted.png --out tilted.png", "--out tilted.png", "input tilted.png"),
@@ -122,7 +121,7 @@ def test_an_output_that_would_overwrite_is_refused_and_nothing_changes(made, mon
 
 
 def test_every_command_that_writes_is_tried():
-    assert {words.split()[0] for words, _, _ in REFUSED} == set(cli.COMMANDS) - {"completion"}
+    assert {words.split()[0] for words, _, _ in REFUSED} == set(cli.COMMANDS)
 
 
 @pytest.mark.slow
@@ -198,7 +197,6 @@ READ_ONLY = [
     f"estimate {PLAIN} --rate 5 --annotate ro/a.mkv",
     f"estimate {PLAIN} --rate 5 --annotate ro/a.mp4",
     f"estimate {PLAIN} --out ro/a.mcap",
-    f"estimate {PLAIN} --rerun ro/a.rrd",
     f"estimate {PLAIN} --log-file ro/a.log",
     f"compare {PLAIN} --json ro/a.jsonl",
     f"compare {PLAIN} --montage ro/out",
@@ -272,9 +270,7 @@ def begun(*arguments, **more):
     raise AssertionError("work began")
 
 
-@pytest.mark.parametrize(
-    "words", [pytest.param(one, marks=[pytest.mark.extra] * ("--rerun" in one)) for one in READ_ONLY]
-)
+@pytest.mark.parametrize("words", READ_ONLY)
 def test_a_folder_that_is_read_only_is_named_before_work_begins(folder, read_only, monkeypatch, refusal, words):
     monkeypatch.chdir(folder)
     for name in WORK:

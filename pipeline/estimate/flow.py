@@ -9,6 +9,7 @@ from dockpose.camera.camera import Camera
 from dockpose.camera.image import (
     ImageError,
     as_picture,
+    darkest_channel,
     decode,
     orientation_of,
     orientation_sentence,
@@ -98,32 +99,19 @@ def estimate(
     start = time.perf_counter()
     whole: np.ndarray = np.asarray(image)
     hidden: np.ndarray | None = np.asarray(np.ma.getmaskarray(image)) if np.ma.is_masked(image) else None
-    image, part = whole, None
-    if whole.ndim >= 2 and region is not None:
-        part = part_of(region, whole.shape[1], whole.shape[0])
-        image, hidden = crop(whole, part), None if hidden is None else crop(hidden, part)
-    # Compiled code is for arrays without gaps that may be written to, and would be compiled anew for others.
-    image = as_picture(image)
-    grey = np.require(to_grey(image), requirements=["C", "W"])
-    part = part or part_of(None, *grey.shape[::-1])
+    picture = picture_in(whole, camera, settings, region, hidden=hidden, like=like)
     height, width = whole.shape[:2]
     scaled = camera.for_size(width, height)
-    if hidden is not None:
-        hidden = np.atleast_2d(hidden.reshape(*grey.shape, -1).any(axis=2))
-    grey, counted = hide(grey, masks_within(settings.masks, part), hidden)
-    if like is not None and (like.settings, like.region, like.camera.tone) != (settings, region, camera.tone):
-        like = None
-    picture = Picture(image, grey, histogram_of(grey, counted), part, width, like, camera.tone)
+    counted = picture.histogram.counted
     if counted is not None and not counted.any():
         status, message, stages = "no_lights", "No lights: the whole picture is masked.", {}
     else:
         status, message, stages = search(picture, scaled, dock, settings, fall_back)
-    if scaled is not camera:
-        message += f" The camera's intrinsics were scaled from {camera.width} x {camera.height} to {width} x {height}."
+    message += notes_on(camera, scaled)
     if note:
         message += f" {note[:1].upper()}{note[1:]}."
     elapsed_ms = 1000 * (time.perf_counter() - start)
-    bits = significant_bits(grey)
+    bits = significant_bits(picture.grey)
     return Estimate(
         status,
         message,
@@ -138,3 +126,40 @@ def estimate(
         region=region,
         picture=picture_of(given, path),
     )
+
+
+def picture_in(
+    whole: np.ndarray,
+    camera: Camera,
+    settings: Settings,
+    region: Region | None = None,
+    in_white: bool = False,
+    *,
+    hidden: np.ndarray | None = None,
+    like: Estimate | None = None,
+) -> Picture:
+    """Return what is looked at of a picture: a region of it or all, in grey or in the darkest of its colours."""
+    image, part = whole, None
+    if whole.ndim >= 2 and region is not None:
+        part = part_of(region, whole.shape[1], whole.shape[0])
+        image, hidden = crop(whole, part), None if hidden is None else crop(hidden, part)
+    # Compiled code is for arrays without gaps that may be written to, and would be compiled anew for others.
+    image = as_picture(image)
+    grey = darkest_channel(image) if in_white else None
+    grey = np.require(to_grey(image) if grey is None else grey, requirements=["C", "W"])
+    part = part or part_of(None, *grey.shape[::-1])
+    height, width = whole.shape[:2]
+    if hidden is not None:
+        hidden = np.atleast_2d(hidden.reshape(*grey.shape, -1).any(axis=2))
+    grey, counted = hide(grey, masks_within(settings.masks, part), hidden)
+    if like is not None and (like.settings, like.region, like.camera.tone) != (settings, region, camera.tone):
+        like = None
+    return Picture(image, grey, histogram_of(grey, counted), part, width, height, like, camera.tone)
+
+
+def notes_on(camera: Camera, scaled: Camera) -> str:
+    """Return a sentence on how a camera was scaled to the picture, after a space; empty where it was not."""
+    if scaled is camera or (scaled.width, scaled.height) == (camera.width, camera.height):
+        return ""
+    size = f"{scaled.width} x {scaled.height}"
+    return f" The camera's intrinsics were scaled from {camera.width} x {camera.height} to {size}."

@@ -52,6 +52,10 @@ class Estimate:
         How long it took.
     region : Region or None
         Which part of the picture was searched; None for all of it.
+    found_by : {"search", "following"}
+        Whether the picture was searched, or measured where the lights must be by the frame before.
+    in_white : bool
+        Whether the lights show in the darkest of the colour channels rather than in grey.
     rings : tuple of str
         Names of those of the dock's rings that were seen, first that of markers, ring and ellipse; empty where the dock
         has one alone.
@@ -78,6 +82,8 @@ class Estimate:
     detection: float | None = None
     elapsed_ms: float = 0.0
     region: Region | None = None
+    found_by: str = "search"
+    in_white: bool = False
     rings: tuple[str, ...] = ()
     of_ring: "Estimate | None" = None
     picture: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
@@ -175,6 +181,7 @@ class Estimate:
             **guided(self.selected, self.dock, self.camera, vehicle),
             "ring": list(self.rings) if self.dock.rings else None,
             "detection": self.detection,
+            "found_by": self.found_by,
             "rivals": [] if self.ring is None else [self._rival_dict(rival) for rival in self.ring.rivals],
             "elapsed_ms": round(self.elapsed_ms, 3),
         }

@@ -1,0 +1,301 @@
+"""From one frame to the next: a dock's lights measured where they must be, rather than searched."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import msgspec
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.estimate.flow import notes_on, picture_in
+from dockpose.estimate.result import Estimate
+from dockpose.estimate.search import Picture, judge_ring
+from dockpose.lights.markers import Markers, grey_centres, with_fitted_centres
+from dockpose.lights.windows import Spots, spots_in_windows
+from dockpose.settings import Settings
+from dockpose.tracking.association import mapped, moved, shifted
+from dockpose.tracking.chain import reach_m
+
+_NOMINAL_PERIOD_S = 0.1  # between frames whose times are unknown
+_LEAST_PERIOD_S = 1e-3  # two frames may bear one time
+_SHAKEN_PX = 16.0  # by which the picture may jump from frame to frame
+_FARTHEST_PX = 100.0  # that lights are sought from where they must be, for time
+_LEAST_WINDOW_PX, _LARGEST_LIGHT_PX = 3.0, 80.0
+_OF_SPACING = 0.45  # how far into the gap to the next light a window goes
+_WITHIN_PX, _WITHIN_OF_RING = 1.5, 0.025  # by how much a light may be off the map of all, of the ring's radius
+_LEAST_LIGHTS, _LEAST_SHARE = 4, 0.5  # of the ring that was searched
+# A light is hidden where its height is so small a share of what it must be by the others, and not told where its size
+# differs by so many times or noise may have made it.
+_LEAST_HEIGHT, _MOST_SPAN, _LEAST_NOISES = 0.3, 3.0, 4.0
+_DIMMEST = 0.15  # of their former height, that all lights together may fall to from frame to frame
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """What of a frame the next is followed by: all lights of its rings, those that were not seen too."""
+
+    found: Estimate
+    time_s: float | None
+    points_px: np.ndarray  # (N, 2): where they are
+    speeds_px: np.ndarray  # (N, 2): by how much they moved a second
+    of_ring: np.ndarray  # (N,): 0 of the dock's ring, 1 and more of its rivals
+    sizes_px: np.ndarray  # (N, 2): width and height of its group where it was searched
+    areas_px: np.ndarray  # (N,): pixels of it there
+    spans_px: np.ndarray  # (N,): how large it was there as windows show it
+    heights: np.ndarray  # (N,): above the water, as last seen
+    growth: np.ndarray  # (N,): how many times as large it is as there, in area
+    searched: int  # how many lights the dock's ring had there
+
+    @cached_property
+    def halves_px(self) -> np.ndarray:
+        """Half the side (N,) of each light's group as it is now."""
+        return np.clip(self.sizes_px.max(axis=1) * np.sqrt(self.growth) / 2, 1.0, _LARGEST_LIGHT_PX)
+
+    @cached_property
+    def spacings_px(self) -> np.ndarray:
+        """How far (N,) the nearest other light is."""
+        apart = np.hypot(*(self.points_px[:, None] - self.points_px[None]).transpose(2, 0, 1))
+        np.fill_diagonal(apart, np.inf)
+        return apart.min(axis=1)
+
+
+def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting | None:
+    """What a frame that was searched is followed by; None where it shows no dock, or too few lights of one."""
+    ring, markers = found.ring, found.markers
+    if found.status != "ok" or ring is None or markers is None or found.dock.rings:
+        return None
+    members = np.concatenate([np.flatnonzero(one) for one in (ring.on_ring, *ring.rivals)])
+    of_ring = np.repeat(np.arange(1 + len(ring.rivals)), [int(one.sum()) for one in (ring.on_ring, *ring.rivals)])
+    count, searched = len(members), int(ring.on_ring.sum())
+    if searched < _LEAST_LIGHTS:
+        return None
+    points_px, boxes = markers.points_px[members], markers.boxes_px[members]
+    sizes, areas = (boxes[:, 2:] - boxes[:, :2] + 1).astype(float), markers.areas_px[members].astype(float)
+    picture = picture_in(image, found.camera, found.settings, in_white=found.in_white)
+    halves = np.clip(sizes.max(axis=1) / 2, 1.0, _LARGEST_LIGHT_PX)
+    spots = spots_in_windows(picture.light[0], points_px, np.ceil(halves), _reach_px(halves))
+    missing_px = _missing(found)
+    more = len(missing_px)
+
+    def with_missing(values: np.ndarray) -> np.ndarray:
+        typical = np.nanmedian(values[:searched], axis=0)
+        values = np.where(np.isfinite(values), values, typical)
+        return np.concatenate([values, np.repeat(typical[None], more, axis=0)])
+
+    if not np.isfinite(spots.heights[:searched]).any():
+        return None
+    return Sighting(
+        found,
+        time_s,
+        np.concatenate([points_px, missing_px]),
+        np.zeros((count + more, 2)),
+        np.concatenate([of_ring, np.zeros(more, dtype=int)]),
+        with_missing(sizes),
+        with_missing(areas),
+        with_missing(spots.spans_px),
+        with_missing(spots.heights),
+        np.ones(count + more),
+        searched,
+    )
+
+
+def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | None) -> Sighting | str:
+    """Measure the next frame's lights, and judge them as those of a searched picture; or say why they are lost."""
+    start, settings = time.perf_counter(), last.found.settings
+    elapsed_s = period_s(last.time_s, time_s)
+    expected_px = last.points_px + elapsed_s * last.speeds_px
+    reach_px = _moves_px(last, settings, elapsed_s)
+    halves = last.halves_px
+    margin = reach_px + 3 * float(halves.max()) + 8
+    corners = np.concatenate([last.points_px, expected_px])
+    (left, top), (right, bottom) = corners.min(axis=0) - margin, corners.max(axis=0) + margin
+    height, width = image.shape[:2]
+    if min(right, width) - max(left, 0) < 8 or min(bottom, height) - max(top, 0) < 8:
+        return "the dock has left the picture"
+    picture = picture_in(
+        image, last.found.camera, settings, (left, top, right - left, bottom - top), last.found.in_white
+    )
+    light, corner = picture.light[0], np.array(picture.part[:2])
+    ring = last.of_ring == 0
+    cell = max(1, round(float(halves[ring].min()) / 2))
+    guesses = [expected_px[ring] - corner, last.points_px[ring] - corner]
+    near_px = shifted(light, (0, 0), guesses, last.heights[ring], reach_px, cell)
+    shift_px = np.zeros_like(last.points_px)
+    shift_px[ring] = near_px + corner - last.points_px[ring]
+    shift_px[~ring] = (near_px + corner - last.points_px[ring]).mean(axis=0)
+    coarse = _spots(light, last.points_px + shift_px - corner, last, 3.0 * cell + 0.1 * _radius_px(last))
+    within_px = max(_WITHIN_PX, _WITHIN_OF_RING * _radius_px(last))
+    found = mapped(last.points_px[ring], np.where(_told(coarse, last)[:, None], coarse.points_px, np.nan)[ring], within_px)
+    if found is None:
+        return "no map takes its lights to those of this frame"
+    by, near = found
+    places_px = moved(by, last.points_px)
+    again = _spots(light, places_px, last, within_px)
+    is_near = np.zeros(len(ring), dtype=bool)
+    is_near[ring] = near
+    spots = again.chosen(is_near, coarse)
+    off_px = np.linalg.norm(spots.points_px - places_px, axis=1)
+    seen = _told(spots, last) & (off_px < within_px) & spots.whole
+    seen = _alike(spots, last, seen)
+    lights = int((seen & ring).sum())
+    if lights < max(_LEAST_LIGHTS, math.ceil(_LEAST_SHARE * last.searched)):
+        return f"only {lights} of its lights are seen"
+    growth = np.where(seen, spots.spans_px / last.spans_px, np.nan)
+    growth = np.where(seen, growth, np.nanmedian(growth[seen & ring]))
+    next_px = places_px + corner
+    return _judged(picture, last, camera, seen, spots, growth, next_px, elapsed_s, time_s, start)
+
+
+def period_s(before_s: float | None, now_s: float | None) -> float:
+    """Time between two frames."""
+    if before_s is None or now_s is None:
+        return _NOMINAL_PERIOD_S
+    return max(_LEAST_PERIOD_S, now_s - before_s)
+
+
+def _judged(
+    picture: Picture,
+    last: Sighting,
+    camera: Camera,
+    seen: np.ndarray,
+    spots: Spots,
+    growth: np.ndarray,
+    next_px: np.ndarray,
+    elapsed_s: float,
+    time_s: float | None,
+    start: float,
+) -> Sighting | str:
+    """The sighting of a frame with these lights, or why they are no dock."""
+    before, (light, white) = last.found, picture.light
+    assert before.ring is not None
+    assert before.threshold is not None
+    chosen = np.flatnonzero(seen)
+    half = (last.sizes_px * np.sqrt(growth)[:, None])[chosen] / 2
+    middle = spots.points_px[chosen]
+    boxes = np.rint(np.hstack([middle - half, middle + half])).astype(int)
+    height, width = light.shape
+    boxes = np.clip(boxes, 0, [width - 1, height - 1] * 2)
+    if before.settings.centroid == "grey":
+        middle = grey_centres(light, boxes, middle)
+    corner = picture.part[:2]
+    levels = picture.histogram.levels
+    peaks = [levels[top : bottom + 1, left : right + 1].max() for left, top, right, bottom in boxes.tolist()]
+    markers = Markers(
+        middle + corner,
+        np.maximum(1, np.rint(last.areas_px * growth)[chosen]).astype(int),
+        np.array(peaks),
+        boxes_px=boxes + (*corner, *corner),
+        cut=np.zeros(len(chosen), dtype=bool),
+    )
+    on_ring = [last.of_ring[chosen] == number for number in range(int(last.of_ring.max()) + 1)]
+    if before.settings.centroid == "grey":
+        middle_px = before.camera.cx, before.camera.cy
+        markers = with_fitted_centres(markers, on_ring[0], light, white, middle_px, corner)
+    rivals = tuple(one for one in on_ring[1:] if one.sum() >= _LEAST_LIGHTS)
+    ring = replace(
+        before.ring,
+        on_ring=on_ring[0],
+        reason=f"{on_ring[0].sum()} lights were followed from the frame before.",
+        ellipse=None,
+        rivals=rivals,
+        alike=min(before.ring.alike, len(rivals)),
+    )
+    threshold = before.threshold if before.threshold.groups is None else replace(before.threshold, groups=None)
+    stages: dict[str, Any] = {"threshold": threshold, "markers": markers, "ring": ring}
+    status, message, stages, _ = judge_ring(picture, before.camera, before.dock, stages)
+    if status != "ok":
+        return message
+    stages["detection"] = min(stages["detection"], before.detection or 0.0)
+    found = replace(
+        before,
+        status=status,
+        message=message + notes_on(camera, before.camera),
+        **stages,
+        found_by="following",
+        elapsed_ms=1000 * (time.perf_counter() - start),
+        picture=None,
+    )
+    next_px = next_px.copy()
+    measured = np.flatnonzero(stages["ring"].on_ring)
+    next_px[chosen[measured]] = stages["markers"].points_px[measured]
+    return replace(
+        last,
+        found=found,
+        time_s=time_s,
+        points_px=next_px,
+        speeds_px=(next_px - last.points_px) / elapsed_s,
+        heights=np.where(seen, spots.heights, last.heights * np.median(spots.heights[seen] / last.heights[seen])),
+        growth=growth,
+    )
+
+
+def _spots(light: np.ndarray, places_px: np.ndarray, last: Sighting, within_px: float) -> Spots:
+    """The spots within some pixels of places (N, 2), and nearer to them than to the next light."""
+    far = np.clip(np.minimum(within_px, _OF_SPACING * last.spacings_px), _LEAST_WINDOW_PX, None)
+    return spots_in_windows(light, places_px, np.ceil(far), _reach_px(last.halves_px))
+
+
+def _told(spots: Spots, last: Sighting) -> np.ndarray:
+    """Which spots (N,) may be lights: clear of noise, and not much larger or smaller than those were."""
+    larger = spots.spans_px / (last.spans_px * last.growth)
+    is_sized = (larger < _MOST_SPAN**2) & (larger > 1 / _MOST_SPAN**2)
+    bright = spots.heights > np.maximum(_LEAST_NOISES * spots.noises, _DIMMEST * _LEAST_HEIGHT * last.heights)
+    return np.isfinite(spots.heights) & is_sized & bright
+
+
+def _alike(spots: Spots, last: Sighting, seen: np.ndarray) -> np.ndarray:
+    """Which of the spots (N,) that are seen changed as the most: of the others something hides a part."""
+    if not seen.any():
+        return seen
+    brighter = spots.heights / last.heights
+    larger = spots.spans_px / (last.spans_px * last.growth)
+    share, size = np.median(brighter[seen]), np.median(larger[seen])
+    if share < _DIMMEST:
+        return np.zeros_like(seen)
+    return seen & (brighter > _LEAST_HEIGHT * share) & (larger < _MOST_SPAN * size) & (larger > size / _MOST_SPAN)
+
+
+def _missing(found: Estimate) -> np.ndarray:
+    """Where (M, 2) the dock's lights must be that were not seen, by those that were."""
+    import cv2
+
+    ring, choice, markers, dock = found.ring, found.choice, found.markers, found.dock
+    assert ring is not None
+    assert choice is not None
+    assert markers is not None
+    if dock.lights is None and ring.lights and ring.focal_px is None:
+        dock = msgspec.structs.replace(dock, lights=ring.lights)
+    nothing = np.empty((0, 2))
+    if dock.lights is None or choice.lights is None:
+        return nothing
+    absent = np.setdiff1d(np.arange(dock.lights), choice.lights)
+    if len(absent) == 0:
+        return nothing
+    flat = dock.light_points()[:, :2]
+    homography, _ = cv2.findHomography(flat[choice.lights], markers.points_px[ring.on_ring])
+    if homography is None:
+        return nothing
+    seen = np.column_stack([flat[absent], np.ones(len(absent))]) @ homography.T
+    return seen[:, :2] / seen[:, 2:]
+
+
+def _radius_px(last: Sighting) -> float:
+    """Major semi-axis of the dock's ring."""
+    return 0.0 if last.found.ellipse is None else last.found.ellipse.semi_axes_px[0]
+
+
+def _reach_px(halves_px: np.ndarray) -> np.ndarray:
+    """How far (N,) from a light's middle the water around it is."""
+    return np.ceil(halves_px + np.maximum(3.0, halves_px))
+
+
+def _moves_px(last: Sighting, settings: Settings, elapsed_s: float) -> float:
+    """How far the lights may be from where they must be."""
+    pose, camera = last.found.selected, last.found.camera
+    assert pose is not None
+    distance = float(np.linalg.norm(pose.position_m))
+    return min(_FARTHEST_PX, _SHAKEN_PX + reach_m(settings, distance, elapsed_s) / distance * max(camera.fx, camera.fy))

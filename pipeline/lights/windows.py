@@ -18,7 +18,7 @@ class Spots(NamedTuple):
     noises: np.ndarray  # (N,): standard deviation of the water's levels
     peaks: np.ndarray  # (N,): level of its brightest pixel
     boxes_px: np.ndarray  # (N, 4): left, top, right and bottom pixel of what is above half of its height
-    whole: np.ndarray  # (N,): whether it ends within the window
+    cut: np.ndarray  # (N,): whether the picture's edge cuts it
 
     def chosen(self, flags: np.ndarray, other: "Spots") -> "Spots":
         """Of each light that a flag (N,) is set for what another look shows."""
@@ -87,17 +87,15 @@ def _fill(grey: np.ndarray, row: int, column: int, far: int, line: np.ndarray) -
     seen[waiting[0]] = True
     total, sum_x, sum_y = 0.0, 0.0, 0.0
     box = np.array([column, row, column, row])
-    is_whole = 1.0
+    is_cut = 0.0
     while count > 0:
         count -= 1
         y, x = top + waiting[count] // across, left + waiting[count] % across
         weight = grey[y, x] - half
         total, sum_x, sum_y = total + weight, sum_x + weight * (x - column), sum_y + weight * (y - row)
         box[0], box[1], box[2], box[3] = min(box[0], x), min(box[1], y), max(box[2], x), max(box[3], y)
-        if (x == left and x > 0) or (x == right and x < width - 1) or (y == top and y > 0):
-            is_whole = 0.0
-        if y == bottom and y < height - 1:
-            is_whole = 0.0
+        if x == 0 or y == 0 or x == width - 1 or y == height - 1:
+            is_cut = 1.0
         for beside_y in range(max(top, y - 1), min(bottom, y + 1) + 1):
             for beside_x in range(max(left, x - 1), min(right, x + 1) + 1):
                 place = (beside_y - top) * across + beside_x - left
@@ -112,6 +110,6 @@ def _fill(grey: np.ndarray, row: int, column: int, far: int, line: np.ndarray) -
     line[0], line[1] = column + sum_x / total, row + sum_y / total
     line[2], line[3] = total / (peak - half), peak - water
     line[4] = _NORMAL * steps / max(1, 2 * (right - left))
-    line[5], line[10] = peak, is_whole
+    line[5], line[10] = peak, is_cut
     for side in range(4):
         line[6 + side] = box[side]

@@ -44,6 +44,7 @@ class Sighting:
     speeds_px: np.ndarray  # (N, 2): by how much they moved a second
     of_ring: np.ndarray  # (N,): 0 of the dock's ring, 1 and more of its rivals
     sizes_px: np.ndarray  # (N, 2): width and height of its group where it was searched
+    sides_px: np.ndarray  # (N,): the longer of these, or that of what is above half of its height
     areas_px: np.ndarray  # (N,): pixels of it there
     spans_px: np.ndarray  # (N,): how large it was there as windows show it
     heights: np.ndarray  # (N,): above the water, as last seen
@@ -53,7 +54,7 @@ class Sighting:
     @cached_property
     def halves_px(self) -> np.ndarray:
         """Half the side (N,) of each light's group as it is now."""
-        return np.clip(self.sizes_px.max(axis=1) * np.sqrt(self.growth) / 2, 1.0, _LARGEST_LIGHT_PX)
+        return np.clip(self.sides_px * np.sqrt(self.growth) / 2, 1.0, _LARGEST_LIGHT_PX)
 
     @cached_property
     def spacings_px(self) -> np.ndarray:
@@ -76,8 +77,11 @@ def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting 
     points_px, boxes = markers.points_px[members], markers.boxes_px[members]
     sizes, areas = (boxes[:, 2:] - boxes[:, :2] + 1).astype(float), markers.areas_px[members].astype(float)
     picture = picture_in(image, found.camera, found.settings, in_white=found.in_white)
-    halves = np.clip(sizes.max(axis=1) / 2, 1.0, _LARGEST_LIGHT_PX)
-    spots = spots_in_windows(picture.light[0], points_px, np.ceil(halves), _reach_px(halves))
+    sides, spots = sizes.max(axis=1), None
+    for _ in range(2):  # the level of the search may be higher than half of a light's height
+        halves = np.clip(sides / 2, 1.0, _LARGEST_LIGHT_PX)
+        spots = spots_in_windows(picture.light[0], points_px, np.ceil(halves), _reach_px(halves))
+        sides = np.fmax(sides, (spots.boxes_px[:, 2:] - spots.boxes_px[:, :2]).max(axis=1) + 1)
     missing_px = _missing(found)
     more = len(missing_px)
 
@@ -95,6 +99,7 @@ def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting 
         np.zeros((count + more, 2)),
         np.concatenate([of_ring, np.zeros(more, dtype=int)]),
         with_missing(sizes),
+        with_missing(sides),
         with_missing(areas),
         with_missing(spots.spans_px),
         with_missing(spots.heights),
@@ -139,7 +144,7 @@ def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | No
     is_near[ring] = near
     spots = again.chosen(is_near, coarse)
     off_px = np.linalg.norm(spots.points_px - places_px, axis=1)
-    seen = _told(spots, last) & (off_px < within_px) & spots.whole
+    seen = _told(spots, last) & (off_px < within_px) & ~spots.cut
     seen = _alike(spots, last, seen)
     lights = int((seen & ring).sum())
     if lights < max(_LEAST_LIGHTS, math.ceil(_LEAST_SHARE * last.searched)):
@@ -220,8 +225,8 @@ def _judged(
         picture=None,
     )
     next_px = next_px.copy()
-    measured = np.flatnonzero(stages["ring"].on_ring)
-    next_px[chosen[measured]] = stages["markers"].points_px[measured]
+    next_px[chosen] = stages["markers"].points_px
+    next_px = _with_missing(next_px, _missing(found), ~seen & (last.of_ring == 0))
     return replace(
         last,
         found=found,
@@ -257,6 +262,14 @@ def _alike(spots: Spots, last: Sighting, seen: np.ndarray) -> np.ndarray:
     if share < _DIMMEST:
         return np.zeros_like(seen)
     return seen & (brighter > _LEAST_HEIGHT * share) & (larger < _MOST_SPAN * size) & (larger > size / _MOST_SPAN)
+
+
+def _with_missing(points_px: np.ndarray, missing_px: np.ndarray, unseen: np.ndarray) -> np.ndarray:
+    """Points (N, 2) with those that are flagged (N,) at the nearest of the places where the dock's lights are missing."""
+    if len(missing_px) and unseen.any():
+        apart = np.hypot(*(points_px[unseen][:, None] - missing_px[None]).transpose(2, 0, 1))
+        points_px[unseen] = missing_px[apart.argmin(axis=1)]
+    return points_px
 
 
 def _missing(found: Estimate) -> np.ndarray:

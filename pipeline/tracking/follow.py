@@ -50,6 +50,7 @@ class Sighting:
     heights: np.ndarray  # (N,): above the water, as last seen
     growth: np.ndarray  # (N,): how many times as large it is as there, in area
     searched: int  # how many lights the dock's ring had there
+    are_discs: bool  # whether their centres could be fitted there
 
     @cached_property
     def halves_px(self) -> np.ndarray:
@@ -105,6 +106,7 @@ def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting 
         with_missing(spots.heights),
         np.ones(count + more),
         searched,
+        markers.covariances_px2 is not None,
     )
 
 
@@ -197,7 +199,7 @@ def _judged(
         cut=np.zeros(len(chosen), dtype=bool),
     )
     on_ring = [last.of_ring[chosen] == number for number in range(int(last.of_ring.max()) + 1)]
-    if before.settings.centroid == "grey":
+    if last.are_discs:
         middle_px = before.camera.cx, before.camera.cy
         markers = with_fitted_centres(markers, on_ring[0], light, white, middle_px, corner)
     rivals = tuple(one for one in on_ring[1:] if one.sum() >= _LEAST_LIGHTS)

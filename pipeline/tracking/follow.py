@@ -136,7 +136,9 @@ def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | No
     shift_px[~ring] = (near_px + corner - last.points_px[ring]).mean(axis=0)
     coarse = _spots(light, last.points_px + shift_px - corner, last, 3.0 * cell + 0.1 * _radius_px(last))
     within_px = max(_WITHIN_PX, _WITHIN_OF_RING * _radius_px(last))
-    found = mapped(last.points_px[ring], np.where(_told(coarse, last)[:, None], coarse.points_px, np.nan)[ring], within_px)
+    found = mapped(
+        last.points_px[ring], np.where(_told(coarse, last)[:, None], coarse.points_px, np.nan)[ring], within_px
+    )
     if found is None:
         return "no map takes its lights to those of this frame"
     by, near = found
@@ -267,7 +269,7 @@ def _alike(spots: Spots, last: Sighting, seen: np.ndarray) -> np.ndarray:
 
 
 def _with_missing(points_px: np.ndarray, missing_px: np.ndarray, unseen: np.ndarray) -> np.ndarray:
-    """Points (N, 2) with those that are flagged (N,) at the nearest of the places where the dock's lights are missing."""
+    """Points (N, 2), those that are flagged (N,) at the nearest of the places where lights are missing."""
     if len(missing_px) and unseen.any():
         apart = np.hypot(*(points_px[unseen][:, None] - missing_px[None]).transpose(2, 0, 1))
         points_px[unseen] = missing_px[apart.argmin(axis=1)]

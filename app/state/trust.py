@@ -54,7 +54,7 @@ def trust_in(
         return Trust("red", NO_POSE, ())
     doubts: list[tuple[Colour, str]] = []
     if predicted:
-        doubts.append(("amber", "The ring in this frame does not continue the track, which alone says where the dock is."))
+        doubts.append(("amber", "The ring in this frame does not continue the track: the pose is predicted."))
     if fitting_lights is not None:
         doubts.append(("red", f"{fitting_lights} lights form a ring; the dock is set to {found.dock.lights}."))
     doubts += [*_doubts_about_pose(found, probability), *_doubts_about_range(found), *_doubts_about_ring(found)]

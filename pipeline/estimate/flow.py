@@ -37,7 +37,6 @@ def estimate(
     settings: Settings | None = None,
     *,
     fall_back: bool = True,
-    region: Region | None = None,
     like: Estimate | None = None,
 ) -> Estimate:
     """Find the dock in one picture.
@@ -57,12 +56,9 @@ def estimate(
     fall_back : bool
         Let hats give each light a level of its own where no single level shows the ring. A comparison of the
         methods wants each as it is.
-    region : Region or None
-        Rectangle (x_px, y_px, width_px, height_px), clipped to the picture and begun at an even pixel, outside of
-        which nothing is looked at; None searches the whole picture. What is found is in pixels of the whole picture.
     like : Estimate or None
-        An estimate of this very picture, as with another camera or dock. Where settings, region and tone curve are the
-        same, its threshold and its groups are taken over, which saves most of the time.
+        An estimate of this very picture, as with another camera or dock. Where settings and tone curve are the same
+        and it was searched, its threshold and its groups are taken over, which saves most of the time.
 
     Returns
     -------
@@ -73,22 +69,14 @@ def estimate(
     ------
     ValueError
         if the file cannot be read, an argument is of another kind, the image is no such picture or does not belong to
-        the camera, or the region has no pixel of it.
-
-    Notes
-    -----
-    A region gives what a mask over all the rest gives, as far as that has one level for all lights, but for three
-    things: a histogram of more than 80,000 pixels is sketched from every few rows, which are others in a part; the
-    bits of a 16-bit picture are those that the part uses; and a light at the region's edge is weighed by what of it
-    lies within. Other than in the whole picture, the background is that of the region alone, so that the level may
-    differ, and the centres differ by what the neighbouring groups outside would take from them.
+        the camera.
     """
     check_is("camera", camera, Camera)
     check_is("dock", dock, Dock)
     settings = settings or Settings()
     check_is("settings", settings, Settings)
     if dock.rings:
-        return of_rings(estimate, image, camera, dock, settings, fall_back=fall_back, region=region, like=like)
+        return of_rings(estimate, image, camera, dock, settings, fall_back=fall_back, like=like)
     given, path, note = image, None, ""
     if isinstance(image, (str, os.PathLike)):
         path = Path(image)
@@ -99,7 +87,7 @@ def estimate(
     start = time.perf_counter()
     whole: np.ndarray = np.asarray(image)
     hidden: np.ndarray | None = np.asarray(np.ma.getmaskarray(image)) if np.ma.is_masked(image) else None
-    picture = picture_in(whole, camera, settings, region, hidden=hidden, like=like)
+    picture = picture_in(whole, camera, settings, hidden=hidden, like=like)
     height, width = whole.shape[:2]
     scaled = camera.for_size(width, height)
     counted = picture.histogram.counted
@@ -123,7 +111,6 @@ def estimate(
         settings,
         **stages,
         elapsed_ms=elapsed_ms,
-        region=region,
         picture=picture_of(given, path),
     )
 
@@ -152,7 +139,7 @@ def picture_in(
     if hidden is not None:
         hidden = np.atleast_2d(hidden.reshape(*grey.shape, -1).any(axis=2))
     grey, counted = hide(grey, masks_within(settings.masks, part), hidden)
-    if like is not None and (like.settings, like.region, like.camera.tone) != (settings, region, camera.tone):
+    if like is not None and (like.settings, like.camera.tone, like.found_by) != (settings, camera.tone, "search"):
         like = None
     return Picture(image, grey, histogram_of(grey, counted), part, width, height, like, camera.tone)
 

@@ -14,7 +14,6 @@ from dockpose.estimate import drawing
 from dockpose.guidance import guided
 from dockpose.lights.ellipse import Ellipse, NoEllipseError
 from dockpose.lights.markers import Markers
-from dockpose.lights.region import Region
 from dockpose.lights.ring import Ring
 from dockpose.palette import POSE_NAMES
 from dockpose.pose.choice import Choice
@@ -50,8 +49,6 @@ class Estimate:
         Probability that the ring is a dock at all; those of the candidates are given that it is.
     elapsed_ms : float
         How long it took.
-    region : Region or None
-        Which part of the picture was searched; None for all of it.
     found_by : {"search", "following"}
         Whether the picture was searched, or measured where the lights must be by the frame before.
     in_white : bool
@@ -81,7 +78,6 @@ class Estimate:
     choice: Choice | None = None
     detection: float | None = None
     elapsed_ms: float = 0.0
-    region: Region | None = None
     found_by: str = "search"
     in_white: bool = False
     rings: tuple[str, ...] = ()

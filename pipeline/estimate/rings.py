@@ -83,7 +83,6 @@ def of_rings(
     *,
     fall_back: bool,
     like: Estimate | None,
-    **where: Any,
 ) -> Estimate:
     """Find a dock of several rings in one picture by ``search``, which is :func:`estimate`, for each of them."""
     begin = time.perf_counter()
@@ -91,7 +90,7 @@ def of_rings(
     tried, best = [], None
     largest_first = sorted(dock.rings, key=lambda ring: -ring.diameter)
     for thorough, ring in itertools.product((False, True) if fall_back else (False,), largest_first):
-        like = search(image, camera, ring.dock, settings, fall_back=thorough, like=like, **where)
+        like = search(image, camera, ring.dock, settings, fall_back=thorough, like=like)
         tried.append(like)
         for seen in [_completed(one, ring, dock) for one in rings_of(like)]:
             best = seen if best is None or seen.betters(best) else best

@@ -19,7 +19,7 @@ from dockpose.lights.colours import tell_colours
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError
 from dockpose.lights.growing import distances
 from dockpose.lights.markers import Markers, find_markers, with_fitted_centres
-from dockpose.lights.region import markers_in_whole, ring_in, threshold_in_whole
+from dockpose.lights.region import ring_in
 from dockpose.lights.ring import Ring
 from dockpose.pixels.bright import SATURATED
 from dockpose.pose.choice import Choice
@@ -44,7 +44,7 @@ _LIGHTS_OF = attrgetter("lights", "angles_deg", "colours", "offsets_m")
 
 @dataclass(frozen=True)
 class Picture:
-    """What is searched: the picture or a part of it."""
+    """What is looked at: the picture or a part of it."""
 
     image: np.ndarray  # of the part
     grey: np.ndarray  # of the part
@@ -256,10 +256,11 @@ def _find_lights(
         markers = like.markers.unfitted if ring is None else like.markers
         stages: dict[str, Any] = {"threshold": threshold, "markers": markers}
     else:
-        stages = {"threshold": threshold_in_whole(threshold, picture.part, picture.width)}
+        stages = {"threshold": threshold}
         light, _ = picture.light
-        markers = find_markers(light, picture.histogram, threshold, settings.min_area_px, settings.centroid)
-        markers = stages["markers"] = markers_in_whole(markers, picture.part)
+        markers = stages["markers"] = find_markers(
+            light, picture.histogram, threshold, settings.min_area_px, settings.centroid
+        )
     count = len(markers)
     if count == 0 and markers.dropped:
         small = f"all {markers.dropped} groups at level {threshold.level} are below {settings.min_area_px} pixels"
@@ -281,13 +282,13 @@ def _find_lights(
     is_new = ring is None
     if ring is None:
         points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
-        ring = ring_in(points_px, markers, camera, dock, picture.part, of_few=of_few)
+        ring = ring_in(points_px, markers, camera, dock, picture.area_px2, of_few=of_few)
     stages["ring"] = ring
     if not ring.found:
         return "not_a_ring", ring.reason, stages
     if settings.centroid == "grey" and is_new:
         middle_px = camera.cx, camera.cy
-        stages["markers"] = with_fitted_centres(markers, ring.on_ring, *picture.light, middle_px, picture.part[:2])
+        stages["markers"] = with_fitted_centres(markers, ring.on_ring, *picture.light, middle_px)
     return "ok", "", stages
 
 

@@ -198,9 +198,9 @@ def test_the_right_pose_over_time():
     assert both["certain_wrong"] == 0
 
 
-@pytest.mark.parametrize("use_region", [True, False])
-def test_a_second_dock_in_view(use_region):
+@pytest.mark.parametrize("follow_lights", [True, False])
+def test_a_second_dock_in_view(follow_lights):
     kinds = ("nearer", "brighter", "more lights")
-    runs = [stays(follow(seed, kinds[seed % 3], 36, use_region=use_region)) for seed in range(100, 120)]
+    runs = [stays(follow(seed, kinds[seed % 3], 36, follow_lights=follow_lights)) for seed in range(100, 120)]
     print(f"\nA second dock comes into view, nearer, brighter or with more lights: {sum(runs)} of 20 tracks stay")
     assert all(runs)

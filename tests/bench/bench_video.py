@@ -181,13 +181,13 @@ def test_memory_does_not_grow_with_length(tmp_path, pictures):
 
 
 @pytest.mark.parametrize("records", [False, True], ids=["without recording", "recording"])
-@pytest.mark.parametrize("use_region", [False, True], ids=["whole picture", "region"])
-def test_latency_of_a_live_stream(tmp_path, pictures, use_region, records):
+@pytest.mark.parametrize("follow_lights", [False, True], ids=["whole picture", "region"])
+def test_latency_of_a_live_stream(tmp_path, pictures, follow_lights, records):
     marked = [mark(picture, number) for number, picture in enumerate(pictures)]
     with MjpegServer(marked, RATE_HZ) as server, contextlib.closing(open_frames(server.address, grey=True)) as frames:
         assert isinstance(frames, Live)
         kept = record(frames, tmp_path / "kept.mkv", print) if records else None
-        latency_ms, dropped = latencies_ms(frames, marked, use_region, server.sent_s)
+        latency_ms, dropped = latencies_ms(frames, marked, follow_lights, server.sent_s)
         if kept is not None:
             kept.close()
             assert kept.missing == 0
@@ -234,10 +234,10 @@ def test_latency_of_a_camera_while_its_pixels_are_recorded(tmp_path, pictures, i
 
 
 def latencies_ms(
-    frames: Frames, marked: list[np.ndarray], use_region: bool, sent_s: list[float]
+    frames: Frames, marked: list[np.ndarray], follow_lights: bool, sent_s: list[float]
 ) -> tuple[np.ndarray, int]:
     """From sending each frame to its result, without the first ten; and how many were dropped."""
-    tracker = Tracker(CAMERA, DOCK, use_region=use_region)
+    tracker = Tracker(CAMERA, DOCK, follow_lights=follow_lights)
     for picture in marked[:5]:
         estimate(picture, CAMERA, DOCK)
     found: list[float] = []

@@ -3,7 +3,7 @@
 import contextlib
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, BinaryIO, cast
@@ -136,7 +136,7 @@ def _diagnostics(seen: Seen) -> dict[str, Any]:
         "level": None if found.threshold is None else found.threshold.level,
     }
     if track is not None:
-        values |= {f"track_{name}": getattr(track, name) for name in ("probability", "age", "predicted", "lost", "number")}
+        values |= {f"track_{name}": value for name, value in asdict(track).items()}
     texts = [{"key": key, "value": _as_text(value)} for key, value in values.items()]
     return status_of(_LEVELS[trust.colour], f"{found.message} {trust.sentence}", seen.source, texts)
 

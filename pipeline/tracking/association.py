@@ -15,7 +15,6 @@ _ENOUGH_FOR_AFFINE = 6
 
 def shifted(
     light: np.ndarray,
-    corner_px: tuple[int, int],
     guesses_px: list[np.ndarray],
     heights: np.ndarray,
     reach_px: float,
@@ -23,7 +22,7 @@ def shifted(
 ) -> np.ndarray:
     """Shift the best of some guesses (N, 2), by no more than a reach, to where lights of such heights (N,) stand out.
 
-    ``light`` (H, W) is a part of the picture, which begins at a corner; a spot counts as no brighter than its light.
+    A spot of the picture (H, W) counts as no brighter than its light.
     """
     across = [max(1, side // cell_px) for side in light.shape]
     whole = light[: across[0] * cell_px, : across[1] * cell_px]
@@ -37,7 +36,7 @@ def shifted(
     nearer = 1 - _FARTHER * np.hypot(*np.meshgrid(around, around)) / max(1, steps)
     most, best = -1.0, guesses_px[0]
     for guess_px in guesses_px:
-        columns, rows = np.floor((guess_px - corner_px + 0.5) / cell_px).astype(int).T
+        columns, rows = np.floor((guess_px + 0.5) / cell_px).astype(int).T
         inside = (columns >= 0) & (columns < across[1]) & (rows >= 0) & (rows < across[0])
         if not inside.any():
             continue

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 import time
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -27,6 +28,8 @@ _FARTHEST_PX = 100.0  # that lights are sought from where they must be, for time
 _LEAST_WINDOW_PX, _LARGEST_LIGHT_PX = 3.0, 80.0
 _OF_SPACING = 0.45  # how far into the gap to the next light a window goes
 _WITHIN_PX, _WITHIN_OF_RING = 1.5, 0.025  # by how much a light may be off the map of all, of the ring's radius
+_FAR_PX, _FAR_OF_RING = 6.0, 0.1  # from where a light must be that it is sought, at first and after a shift of all
+_MOST_NEAR = 0.75  # share of the lights that were seen which one map must fit, or a shift is tried
 _LEAST_LIGHTS, _LEAST_SHARE = 4, 0.5  # of the ring that was searched
 # A light is hidden where its height is so small a share of what it must be by the others, and not told where its size
 # differs by so many times or noise may have made it.
@@ -128,25 +131,14 @@ def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | No
     )
     light, corner = picture.light[0], np.array(picture.part[:2])
     ring = last.of_ring == 0
-    cell = max(1, round(float(halves[ring].min()) / 2))
-    guesses = [expected_px[ring] - corner, last.points_px[ring] - corner]
-    near_px = shifted(light, (0, 0), guesses, last.heights[ring], reach_px, cell)
-    shift_px = np.zeros_like(last.points_px)
-    shift_px[ring] = near_px + corner - last.points_px[ring]
-    shift_px[~ring] = (near_px + corner - last.points_px[ring]).mean(axis=0)
-    coarse = _spots(light, last.points_px + shift_px - corner, last, 3.0 * cell + 0.1 * _radius_px(last))
     within_px = max(_WITHIN_PX, _WITHIN_OF_RING * _radius_px(last))
-    found = mapped(
-        last.points_px[ring], np.where(_told(coarse, last)[:, None], coarse.points_px, np.nan)[ring], within_px
-    )
+    found = _associated(light, corner, expected_px, reach_px, within_px, last)
     if found is None:
         return "no map takes its lights to those of this frame"
-    by, near = found
+    by, near, coarse = found
     places_px = moved(by, last.points_px)
     again = _spots(light, places_px, last, within_px)
-    is_near = np.zeros(len(ring), dtype=bool)
-    is_near[ring] = near
-    spots = again.chosen(is_near, coarse)
+    spots = again.chosen(near, coarse)
     off_px = np.linalg.norm(spots.points_px - places_px, axis=1)
     seen = _told(spots, last) & (off_px < within_px) & ~spots.cut
     seen = _alike(spots, last, seen)
@@ -154,9 +146,42 @@ def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | No
     if lights < max(_LEAST_LIGHTS, math.ceil(_LEAST_SHARE * last.searched)):
         return f"only {lights} of its lights are seen"
     growth = np.where(seen, spots.spans_px / last.spans_px, np.nan)
-    growth = np.where(seen, growth, np.nanmedian(growth[seen & ring]))
+    growth = np.where(seen, growth, statistics.median(growth[seen & ring].tolist()))
     next_px = places_px + corner
     return _judged(picture, last, camera, seen, spots, growth, next_px, elapsed_s, time_s, start)
+
+
+def _associated(
+    light: np.ndarray,
+    corner_px: np.ndarray,
+    expected_px: np.ndarray,
+    reach_px: float,
+    within_px: float,
+    last: Sighting,
+) -> tuple[np.ndarray, np.ndarray, Spots] | None:
+    """The map (2, 3) from the last frame's places to those in a part of this, the lights (N,) that it fits, and spots.
+
+    Windows where the lights must be do, unless they show too few: then all are shifted to where most stand out.
+    """
+    ring, half_px = last.of_ring == 0, float(last.halves_px[last.of_ring == 0].min())
+    far_px, found = max(_FAR_PX, _FAR_OF_RING * _radius_px(last)), None
+    for is_shifted in (False, True):
+        guess_px = expected_px - corner_px
+        if is_shifted:
+            guesses = [guess_px[ring], last.points_px[ring] - corner_px]
+            near_px = shifted(light, guesses, last.heights[ring], reach_px, max(1, round(half_px / 2)))
+            guess_px = last.points_px - corner_px + (near_px - guesses[1]).mean(axis=0)
+            guess_px[ring] = near_px
+        spots = _spots(light, guess_px, last, far_px)
+        told = np.where(_told(spots, last)[:, None], spots.points_px, np.nan)
+        if (one := mapped(last.points_px[ring], told[ring], within_px)) is not None:
+            near = np.zeros(len(ring), dtype=bool)
+            near[ring] = one[1]
+            if found is None or near.sum() > found[1].sum():
+                found = one[0], near, spots
+            if near.sum() >= _MOST_NEAR * (last.found.lights_on_ring or 0):
+                break
+    return found
 
 
 def period_s(before_s: float | None, now_s: float | None) -> float:
@@ -237,7 +262,9 @@ def _judged(
         time_s=time_s,
         points_px=next_px,
         speeds_px=(next_px - last.points_px) / elapsed_s,
-        heights=np.where(seen, spots.heights, last.heights * np.median(spots.heights[seen] / last.heights[seen])),
+        heights=np.where(
+            seen, spots.heights, last.heights * statistics.median((spots.heights[seen] / last.heights[seen]).tolist())
+        ),
         growth=growth,
     )
 
@@ -262,7 +289,7 @@ def _alike(spots: Spots, last: Sighting, seen: np.ndarray) -> np.ndarray:
         return seen
     brighter = spots.heights / last.heights
     larger = spots.spans_px / (last.spans_px * last.growth)
-    share, size = np.median(brighter[seen]), np.median(larger[seen])
+    share, size = statistics.median(brighter[seen].tolist()), statistics.median(larger[seen].tolist())
     if share < _DIMMEST:
         return np.zeros_like(seen)
     return seen & (brighter > _LEAST_HEIGHT * share) & (larger < _MOST_SPAN * size) & (larger > size / _MOST_SPAN)

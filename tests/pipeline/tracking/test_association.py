@@ -29,5 +29,5 @@ def test_all_lights_are_shifted_together_though_one_place_is_brighter(shift):
     light[20:40, 20:40] = 255  # a lamp
     for x, y in np.rint(RING + shift).astype(int):
         light[y - 1 : y + 2, x - 1 : x + 2] = 120
-    found = shifted(light, (0, 0), [RING], np.full(10, 100.0), 45.0, 2)
+    found = shifted(light, [RING], np.full(10, 100.0), 45.0, 2)
     np.testing.assert_allclose(found, RING + shift, atol=3)

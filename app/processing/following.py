@@ -40,12 +40,12 @@ class Following:
         settings: Settings,
         tell: Callable[[str], None],
         *,
-        watch_exposure: bool = False,
+        is_live: bool = False,
     ) -> None:
         self._camera, self._dock, self._tell = camera, dock, tell
         self._tracker = Tracker(camera, dock, settings)
-        self._search = Search(camera, dock)
-        self._watch = ExposureWatch() if watch_exposure else None
+        self._search = Search(camera, dock, is_live=is_live)
+        self._watch = ExposureWatch() if is_live else None
         self.masks = AutoMasks(settings, tell)
         self.settings = settings  # with the masks found so far
 
@@ -99,7 +99,7 @@ class FrameFollower:
         if self._following is None or not goes_on or not is_same:
             # What is burnt in stays masked after a jump.
             settings = self._following.settings if self._following is not None and is_same else view.settings
-            self._following = Following(view.camera, view.dock, settings, self._tell)
+            self._following = Following(view.camera, view.dock, settings, self._tell, is_live=self.frames.is_live)
             self._searched_with = searched_with
         return self._following
 

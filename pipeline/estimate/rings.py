@@ -103,6 +103,21 @@ def of_rings(
     return replace(_joined(best), elapsed_ms=elapsed_ms)
 
 
+def lights_of_all(found: Estimate) -> np.ndarray:
+    """Which groups (N,) are lights of any ring of a dock of several."""
+    one = found.of_ring or found
+    return _completed(one, _named(found.rings[0], found.dock), found.dock).taken
+
+
+def joined_with(one: Estimate, name: str, dock: Dock) -> Estimate:
+    """A dock of several rings, by the estimate of that of this name, among whose groups are the others' lights."""
+    return replace(_joined(_completed(one, _named(name, dock), dock)), elapsed_ms=one.elapsed_ms)
+
+
+def _named(name: str, dock: Dock) -> DockRing:
+    return next(ring for ring in dock.rings if ring.name == name)
+
+
 def rings_of(found: Estimate) -> Iterator[Estimate]:
     """A frame's estimate, if it shows a dock, and then as it would be of each other ring in view."""
     if found.status != "ok" or not found.candidates:

@@ -14,6 +14,7 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.estimate.flow import notes_on, picture_in
 from dockpose.estimate.result import Estimate
+from dockpose.estimate.rings import joined_with, lights_of_all
 from dockpose.estimate.search import Picture, judge_ring
 from dockpose.lights.markers import Markers, grey_centres, with_fitted_centres
 from dockpose.lights.windows import Spots, spots_in_windows
@@ -42,10 +43,11 @@ class Sighting:
     """What of a frame the next is followed by: all lights of its rings, those that were not seen too."""
 
     found: Estimate
+    own: Estimate  # the same, or of a dock of several rings that of the first by itself
     time_s: float | None
     points_px: np.ndarray  # (N, 2): where they are
     speeds_px: np.ndarray  # (N, 2): by how much they moved a second
-    of_ring: np.ndarray  # (N,): 0 of the dock's ring, 1 and more of its rivals
+    of_ring: np.ndarray  # (N,): 0 of the dock's ring, 1 and more of its rivals, -1 of its other rings
     sizes_px: np.ndarray  # (N, 2): width and height of its group where it was searched
     sides_px: np.ndarray  # (N,): the longer of these, or that of what is above half of its height
     areas_px: np.ndarray  # (N,): pixels of it there
@@ -70,11 +72,15 @@ class Sighting:
 
 def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting | None:
     """What a frame that was searched is followed by; None where it shows no dock, or too few lights of one."""
-    ring, markers = found.ring, found.markers
-    if found.status != "ok" or ring is None or markers is None or found.dock.rings:
+    own = found.of_ring or found
+    ring, markers = own.ring, own.markers
+    if found.status != "ok" or ring is None or markers is None:
         return None
-    members = np.concatenate([np.flatnonzero(one) for one in (ring.on_ring, *ring.rivals)])
-    of_ring = np.repeat(np.arange(1 + len(ring.rivals)), [int(one.sum()) for one in (ring.on_ring, *ring.rivals)])
+    parts = {0: ring.on_ring, **dict(enumerate(ring.rivals, 1))}
+    if found.dock.rings:
+        parts[-1] = lights_of_all(found) & ~ring.on_ring
+    members = np.concatenate([np.flatnonzero(one) for one in parts.values()])
+    of_ring = np.repeat(list(parts), [int(one.sum()) for one in parts.values()])
     count, searched = len(members), int(ring.on_ring.sum())
     if searched < _LEAST_LIGHTS:
         return None
@@ -86,7 +92,7 @@ def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting 
         halves = np.clip(sides / 2, 1.0, _LARGEST_LIGHT_PX)
         spots = spots_in_windows(picture.light[0], points_px, np.ceil(halves), _reach_px(halves))
         sides = np.fmax(sides, (spots.boxes_px[:, 2:] - spots.boxes_px[:, :2]).max(axis=1) + 1)
-    missing_px = _missing(found)
+    missing_px = _missing(own)
     more = len(missing_px)
 
     def with_missing(values: np.ndarray) -> np.ndarray:
@@ -98,6 +104,7 @@ def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting 
         return None
     return Sighting(
         found,
+        own,
         time_s,
         np.concatenate([points_px, missing_px]),
         np.zeros((count + more, 2)),
@@ -179,7 +186,7 @@ def _associated(
             near[ring] = one[1]
             if found is None or near.sum() > found[1].sum():
                 found = one[0], near, spots
-            if near.sum() >= _MOST_NEAR * (last.found.lights_on_ring or 0):
+            if near.sum() >= _MOST_NEAR * (last.own.lights_on_ring or 0):
                 break
     return found
 
@@ -204,7 +211,7 @@ def _judged(
     start: float,
 ) -> Sighting | str:
     """The sighting of a frame with these lights, or why they are no dock."""
-    before, (light, white) = last.found, picture.light
+    before, (light, white) = last.own, picture.light
     assert before.ring is not None
     assert before.threshold is not None
     chosen = np.flatnonzero(seen)
@@ -244,7 +251,7 @@ def _judged(
     if status != "ok":
         return message
     stages["detection"] = min(stages["detection"], before.detection or 0.0)
-    found = replace(
+    own = replace(
         before,
         status=status,
         message=message + notes_on(camera, before.camera),
@@ -253,12 +260,14 @@ def _judged(
         elapsed_ms=1000 * (time.perf_counter() - start),
         picture=None,
     )
+    found = own if not last.found.rings else joined_with(own, last.found.rings[0], last.found.dock)
     next_px = next_px.copy()
     next_px[chosen] = stages["markers"].points_px
-    next_px = _with_missing(next_px, _missing(found), ~seen & (last.of_ring == 0))
+    next_px = _with_missing(next_px, _missing(own), ~seen & (last.of_ring == 0))
     return replace(
         last,
         found=found,
+        own=own,
         time_s=time_s,
         points_px=next_px,
         speeds_px=(next_px - last.points_px) / elapsed_s,
@@ -329,7 +338,7 @@ def _missing(found: Estimate) -> np.ndarray:
 
 def _radius_px(last: Sighting) -> float:
     """Major semi-axis of the dock's ring."""
-    return 0.0 if last.found.ellipse is None else last.found.ellipse.semi_axes_px[0]
+    return 0.0 if last.own.ellipse is None else last.own.ellipse.semi_axes_px[0]
 
 
 def _reach_px(halves_px: np.ndarray) -> np.ndarray:
@@ -339,7 +348,7 @@ def _reach_px(halves_px: np.ndarray) -> np.ndarray:
 
 def _moves_px(last: Sighting, settings: Settings, elapsed_s: float) -> float:
     """How far the lights may be from where they must be."""
-    pose, camera = last.found.selected, last.found.camera
+    pose, camera = last.own.selected, last.own.camera
     assert pose is not None
     distance = float(np.linalg.norm(pose.position_m))
     return min(_FARTHEST_PX, _SHAKEN_PX + reach_m(settings, distance, elapsed_s) / distance * max(camera.fx, camera.fy))

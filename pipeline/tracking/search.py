@@ -1,5 +1,8 @@
 """The frames of a sequence one after another: each followed from the one before, and searched where that fails."""
 
+import math
+import threading
+import time
 from typing import Any
 
 import numpy as np
@@ -10,25 +13,39 @@ from dockpose.settings import Settings
 from dockpose.tracking.follow import Sighting, begin, follow, period_s
 
 BLOCK = 100  # frames; the first of each block is searched
+_BESIDE_S = 1.0  # between two searches beside following, of a live source
+_SAME = 0.2  # of the ring's radius, within which the centres of two are one
 
 
 class Search:
-    """Finds the dock in frame after frame; each 100th is searched, so that blocks can be done in any order."""
+    """Finds the dock in frame after frame: follows it, and searches where that fails and now and then.
 
-    def __init__(self, camera: Camera, dock: Dock) -> None:
-        self._camera, self._dock = camera, dock
+    Each 100th frame is searched, so that blocks can be done in any order; of a live source one about each second, beside
+    following the others. Where that shows another ring, the next frame is searched.
+    """
+
+    def __init__(self, camera: Camera, dock: Dock, *, is_live: bool = False) -> None:
+        self._camera, self._dock, self._is_live = camera, dock, is_live
         self._last: Sighting | None = None  # the last frame that shows a dock
         self._index = 0  # of the last frame
+        self._beside: threading.Thread | None = None  # searches a frame that was followed
+        self._is_another = False  # whether that showed another ring
+        self._searched_s = 0.0  # when one was searched last
 
     def see(self, image: Any, index: int, time_s: float | None, settings: Settings) -> Estimate:
         """Follow the dock into the next frame, a picture (H, W) or (H, W, 3), or search that."""
-        last = self._last if index // BLOCK == self._index // BLOCK else None
+        last = self._last if self._is_live or index // BLOCK == self._index // BLOCK else None
         self._index = index
+        if self._is_another:
+            last, self._is_another = None, False
         followed = None if last is None else self._followed(image, last, time_s, settings)
         if isinstance(followed, Sighting):
             self._last = followed
+            if self._is_live:
+                self._search_beside(image, followed.found)
             return followed.found
         found = estimate(image, self._camera, self._dock, settings)
+        self._searched_s = time.monotonic()
         begun = begin(found, image, time_s)
         is_gone = last is not None and period_s(last.time_s, time_s) > settings.lost_after_s
         self._last = begun or (None if is_gone else last)
@@ -41,3 +58,25 @@ class Search:
         if before.settings != settings or image.shape[:2] != (before.height, before.width):
             return "settings or size have changed"
         return follow(image, last, self._camera, time_s)
+
+    def _search_beside(self, image: np.ndarray, followed: Estimate) -> None:
+        """Begin to search a frame that was followed, if the last such search is done and long enough ago."""
+        is_busy = self._beside is not None and self._beside.is_alive()
+        if is_busy or time.monotonic() - self._searched_s < _BESIDE_S:
+            return
+        self._searched_s = time.monotonic()
+        self._beside = threading.Thread(target=self._compare, args=(image.copy(), followed), daemon=True)
+        self._beside.start()
+
+    def _compare(self, image: np.ndarray, followed: Estimate) -> None:
+        found = estimate(image, self._camera, self._dock, followed.settings)
+        self._is_another = found.status == "ok" and not _is_same(found, followed)
+
+
+def _is_same(found: Estimate, followed: Estimate) -> bool:
+    """Whether the ring that was followed is the one that a search finds."""
+    if found.ellipse is None or followed.ellipse is None:
+        return False
+    one, other = found.ellipse, followed.ellipse
+    apart_px = math.dist((*one.centre_px, *one.semi_axes_px), (*other.centre_px, *other.semi_axes_px))
+    return apart_px < _SAME * other.semi_axes_px[0]

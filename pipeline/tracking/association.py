@@ -61,6 +61,8 @@ def mapped(before_px: np.ndarray, now_px: np.ndarray, within_px: float) -> tuple
     one, other = np.triu_indices(len(known), 1)
     step = -(-len(one) // _MOST_PAIRS)
     one, other = one[::step], other[::step]
+    apart = np.abs(p[one] - p[other]) > 0
+    one, other = one[apart], other[apart]
     turn = (q[one] - q[other]) / (p[one] - p[other])
     size = np.abs(turn)
     likely = (size < _LARGEST) & (size > 1 / _LARGEST) & (np.abs(np.angle(turn)) < _TURNED_RAD)

@@ -35,6 +35,7 @@ _LEAST_LIGHTS, _LEAST_SHARE = 4, 0.5  # of the ring that was searched
 # A light is hidden where its height is so small a share of what it must be by the others, and not told where its size
 # differs by so many times or noise may have made it.
 _LEAST_HEIGHT, _MOST_SPAN, _LEAST_NOISES = 0.3, 3.0, 4.0
+_ODD_SPAN = 5.0  # times as large or as small as the middle one of the ring, as no lamp of one kind is
 _DIMMEST = 0.15  # of their former height, that all lights together may fall to from frame to frame
 
 
@@ -95,13 +96,16 @@ def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting 
     missing_px = _missing(own)
     more = len(missing_px)
 
+    if not np.isfinite(spots.spans_px[:searched]).any():
+        return None
+    larger = spots.spans_px / np.nanmedian(spots.spans_px[:searched])
+    is_odd = ~((larger < _ODD_SPAN) & (larger > 1 / _ODD_SPAN))  # specks that were taken for lights, or nothing at all
+
     def with_missing(values: np.ndarray) -> np.ndarray:
         typical = np.nanmedian(values[:searched], axis=0)
-        values = np.where(np.isfinite(values), values, typical)
+        values = np.where(is_odd.reshape(-1, *[1] * (values.ndim - 1)), typical, values)
         return np.concatenate([values, np.repeat(typical[None], more, axis=0)])
 
-    if not np.isfinite(spots.heights[:searched]).any():
-        return None
     return Sighting(
         found,
         own,

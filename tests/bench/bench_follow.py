@@ -1,4 +1,4 @@
-"""Following through what films bring: shakes, stops, darkness, occlusion, other docks; drawn, with the truth of each."""
+"""Following through what films bring: shakes, stops, darkness, occlusion, other docks; drawn, with their truth."""
 
 # pyright: reportOptionalMemberAccess=false, reportOptionalSubscript=false
 

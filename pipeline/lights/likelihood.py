@@ -38,12 +38,19 @@ _DENSITY = np.exp(-_STEPS * _STEPS / 2) / math.sqrt(2 * math.pi)
 
 @compiled
 def fitted_centres(
-    grey: np.ndarray, points: np.ndarray, reach: np.ndarray, white: float, middle: np.ndarray, far_px: float
+    grey: np.ndarray,
+    points: np.ndarray,
+    reach: np.ndarray,
+    white: float,
+    middle: np.ndarray,
+    far_px: float,
+    shapes: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return centres (N, 2) and covariances (N, 2, 2) of lights near points (N, 2).
 
     Where a light has no such shape the centre is the point and the covariance large, or NaN where nothing is known.
-    ``middle`` (2,) is the lens's, and ``far_px`` how far a corner of the whole picture is from it.
+    ``middle`` (2,) is the lens's, and ``far_px`` how far a corner of the whole picture is from it. ``shapes`` (N, 6)
+    are those to begin with, in pixels, of a height of 0 where none is known, and become those that are found.
     """
     centres, covariances = points.copy(), np.full((len(points), 2, 2), np.nan)
     slopes, radii = np.full((len(points), 2, 5), np.nan), np.zeros(len(points))
@@ -54,7 +61,9 @@ def fitted_centres(
         side = 1 + 2 * ((reach[light] + _FINE_PX - 1) // (2 * _FINE_PX))
         pixels, water = _pixels(grey, points, light, reach[light], side)
         if len(pixels) >= _LEAST_PIXELS:
-            x, y, radius = _fit(pixels, white - water, covariances[light], slopes[light])
+            shapes[light, 1:3] /= side
+            x, y, radius = _fit(pixels, white - water, covariances[light], slopes[light], shapes[light])
+            shapes[light, 1:3] *= side
             centres[light, 0] += side * x
             centres[light, 1] += side * y
             radii[light] = side * radius
@@ -142,7 +151,9 @@ def _mean(grey: np.ndarray, x: int, y: int, half: int) -> float:
 
 
 @compiled
-def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.ndarray) -> tuple[float, float, float]:
+def _fit(
+    pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.ndarray, start: np.ndarray
+) -> tuple[float, float, float]:
     """Centre x, y of a light of any height, radius, blur and axes by Gauss and Newton's method, and its radius.
 
     All are 0 where there is none, and the radius where the light is white. Its centre and the water's slope are odd
@@ -150,7 +161,9 @@ def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.nda
     white, or that the light makes so, say nothing. What is off the shape by a share of its height, and longer than
     wide, may be off its place by such a share of its radius.
     """
-    shape, odd, none = _first_shape(pixels, white), np.zeros(4), (0.0, 0.0, 0.0)
+    odd, none = np.zeros(4), (0.0, 0.0, 0.0)
+    shape = start.copy() if start[0] > 0 else _first_shape(pixels, white)
+    shape[3], start[0] = 0.0, 0.0
     if shape[0] <= 0:
         return none
     reach = max(_FARTHEST_PX, _FARTHEST * shape[1])
@@ -184,6 +197,7 @@ def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.nda
         for column in range(2):
             covariance[row, column] = step[row, 1 + column] * noise
     _find_slope(A, noise, slope)
+    start[:] = shape
     return odd[0], odd[1], shape[1] if shape[0] < white else 0.0
 
 

@@ -5,123 +5,35 @@ from __future__ import annotations
 import math
 import statistics
 import time
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import Any
 
-import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.estimate.flow import notes_on, picture_in
-from dockpose.estimate.result import Estimate
-from dockpose.estimate.rings import joined_with, lights_of_all
+from dockpose.estimate.rings import joined_with
 from dockpose.estimate.search import Picture, judge_ring
 from dockpose.lights.markers import Markers, grey_centres, with_fitted_centres
 from dockpose.lights.windows import Spots, spots_in_windows
 from dockpose.settings import Settings
 from dockpose.tracking.association import mapped, moved, shifted
 from dockpose.tracking.chain import reach_m
+from dockpose.tracking.sighting import LEAST_LIGHTS, Sighting, missing_px, reach_px_of
 
 _NOMINAL_PERIOD_S = 0.1  # between frames whose times are unknown
 _LEAST_PERIOD_S = 1e-3  # two frames may bear one time
 _SHAKEN_PX = 16.0  # by which the picture may jump from frame to frame
 _FARTHEST_PX = 100.0  # that lights are sought from where they must be, for time
-_LEAST_WINDOW_PX, _LARGEST_LIGHT_PX = 3.0, 80.0
+_LEAST_WINDOW_PX = 3.0
 _OF_SPACING = 0.45  # how far into the gap to the next light a window goes
 _WITHIN_PX, _WITHIN_OF_RING = 1.5, 0.025  # by how much a light may be off the map of all, of the ring's radius
 _FAR_PX, _FAR_OF_RING = 6.0, 0.1  # from where a light must be that it is sought, at first and after a shift of all
 _MOST_NEAR = 0.75  # share of the lights that were seen which one map must fit, or a shift is tried
-_LEAST_LIGHTS, _LEAST_SHARE = 4, 0.5  # of the ring that was searched
+_LEAST_SHARE = 0.5  # of the lights of the ring that was searched
 # A light is hidden where its height is so small a share of what it must be by the others, and not told where its size
 # differs by so many times or noise may have made it.
 _LEAST_HEIGHT, _MOST_SPAN, _LEAST_NOISES = 0.3, 3.0, 4.0
-_ODD_SPAN = 5.0  # times as large or as small as the middle one of the ring, as no lamp of one kind is
 _DIMMEST = 0.15  # of their former height, that all lights together may fall to from frame to frame
-
-
-@dataclass(frozen=True)
-class Sighting:
-    """What of a frame the next is followed by: all lights of its rings, those that were not seen too."""
-
-    found: Estimate
-    own: Estimate  # the same, or of a dock of several rings that of the first by itself
-    time_s: float | None
-    points_px: np.ndarray  # (N, 2): where they are
-    speeds_px: np.ndarray  # (N, 2): by how much they moved a second
-    of_ring: np.ndarray  # (N,): 0 of the dock's ring, 1 and more of its rivals, -1 of its other rings
-    sizes_px: np.ndarray  # (N, 2): width and height of its group where it was searched
-    sides_px: np.ndarray  # (N,): the longer of these, or that of what is above half of its height
-    areas_px: np.ndarray  # (N,): pixels of it there
-    spans_px: np.ndarray  # (N,): how large it was there as windows show it
-    heights: np.ndarray  # (N,): above the water, as last seen
-    growth: np.ndarray  # (N,): how many times as large it is as there, in area
-    searched: int  # how many lights the dock's ring had there
-    are_discs: bool  # whether their centres could be fitted there
-
-    @cached_property
-    def halves_px(self) -> np.ndarray:
-        """Half the side (N,) of each light's group as it is now."""
-        return np.clip(self.sides_px * np.sqrt(self.growth) / 2, 1.0, _LARGEST_LIGHT_PX)
-
-    @cached_property
-    def spacings_px(self) -> np.ndarray:
-        """How far (N,) the nearest other light is."""
-        apart = np.hypot(*(self.points_px[:, None] - self.points_px[None]).transpose(2, 0, 1))
-        np.fill_diagonal(apart, np.inf)
-        return apart.min(axis=1)
-
-
-def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting | None:
-    """What a frame that was searched is followed by; None where it shows no dock, or too few lights of one."""
-    own = found.of_ring or found
-    ring, markers = own.ring, own.markers
-    if found.status != "ok" or ring is None or markers is None:
-        return None
-    parts = {0: ring.on_ring, **dict(enumerate(ring.rivals, 1))}
-    if found.dock.rings:
-        parts[-1] = lights_of_all(found) & ~ring.on_ring
-    members = np.concatenate([np.flatnonzero(one) for one in parts.values()])
-    of_ring = np.repeat(list(parts), [int(one.sum()) for one in parts.values()])
-    count, searched = len(members), int(ring.on_ring.sum())
-    if searched < _LEAST_LIGHTS:
-        return None
-    points_px, boxes = markers.points_px[members], markers.boxes_px[members]
-    sizes, areas = (boxes[:, 2:] - boxes[:, :2] + 1).astype(float), markers.areas_px[members].astype(float)
-    picture = picture_in(image, found.camera, found.settings, in_white=found.in_white)
-    sides, spots = sizes.max(axis=1), None
-    for _ in range(2):  # the level of the search may be higher than half of a light's height
-        halves = np.clip(sides / 2, 1.0, _LARGEST_LIGHT_PX)
-        spots = spots_in_windows(picture.light[0], points_px, np.ceil(halves), _reach_px(halves))
-        sides = np.fmax(sides, (spots.boxes_px[:, 2:] - spots.boxes_px[:, :2]).max(axis=1) + 1)
-    missing_px = _missing(own)
-    more = len(missing_px)
-
-    if not np.isfinite(spots.spans_px[:searched]).any():
-        return None
-    larger = spots.spans_px / np.nanmedian(spots.spans_px[:searched])
-    is_odd = ~((larger < _ODD_SPAN) & (larger > 1 / _ODD_SPAN))  # specks that were taken for lights, or nothing at all
-
-    def with_missing(values: np.ndarray) -> np.ndarray:
-        typical = np.nanmedian(values[:searched], axis=0)
-        values = np.where(is_odd.reshape(-1, *[1] * (values.ndim - 1)), typical, values)
-        return np.concatenate([values, np.repeat(typical[None], more, axis=0)])
-
-    return Sighting(
-        found,
-        own,
-        time_s,
-        np.concatenate([points_px, missing_px]),
-        np.zeros((count + more, 2)),
-        np.concatenate([of_ring, np.zeros(more, dtype=int)]),
-        with_missing(sizes),
-        with_missing(sides),
-        with_missing(areas),
-        with_missing(spots.spans_px),
-        with_missing(spots.heights),
-        np.ones(count + more),
-        searched,
-        markers.covariances_px2 is not None,
-    )
 
 
 def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | None) -> Sighting | str:
@@ -154,7 +66,7 @@ def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | No
     seen = _told(spots, last) & (off_px < within_px) & ~spots.cut
     seen = _alike(spots, last, seen)
     lights = int((seen & ring).sum())
-    if lights < max(_LEAST_LIGHTS, math.ceil(_LEAST_SHARE * last.searched)):
+    if lights < max(LEAST_LIGHTS, math.ceil(_LEAST_SHARE * last.searched)):
         return f"only {lights} of its lights are seen"
     growth = np.where(seen, spots.spans_px / last.spans_px, np.nan)
     growth = np.where(seen, growth, statistics.median(growth[seen & ring].tolist()))
@@ -215,7 +127,7 @@ def _judged(
     start: float,
 ) -> Sighting | str:
     """The sighting of a frame with these lights, or why they are no dock."""
-    before, (light, white) = last.own, picture.light
+    before, light = last.own, picture.light[0]
     assert before.ring is not None
     assert before.threshold is not None
     chosen = np.flatnonzero(seen)
@@ -237,10 +149,10 @@ def _judged(
         cut=np.zeros(len(chosen), dtype=bool),
     )
     on_ring = [last.of_ring[chosen] == number for number in range(int(last.of_ring.max()) + 1)]
-    if last.are_discs:
-        middle_px = before.camera.cx, before.camera.cy
-        markers = with_fitted_centres(markers, on_ring[0], light, white, middle_px, corner)
-    rivals = tuple(one for one in on_ring[1:] if one.sum() >= _LEAST_LIGHTS)
+    shapes = last.shapes
+    if shapes is not None and last.spreads_px2 is not None:
+        markers, shapes = _fitted(picture, markers, last, on_ring[0], chosen, growth)
+    rivals = tuple(one for one in on_ring[1:] if one.sum() >= LEAST_LIGHTS)
     ring = replace(
         before.ring,
         on_ring=on_ring[0],
@@ -267,7 +179,7 @@ def _judged(
     found = own if not last.found.rings else joined_with(own, last.found.rings[0], last.found.dock)
     next_px = next_px.copy()
     next_px[chosen] = stages["markers"].points_px
-    next_px = _with_missing(next_px, _missing(own), ~seen & (last.of_ring == 0))
+    next_px = _with_missing(next_px, missing_px(own), ~seen & (last.of_ring == 0))
     return replace(
         last,
         found=found,
@@ -279,13 +191,39 @@ def _judged(
             seen, spots.heights, last.heights * statistics.median((spots.heights[seen] / last.heights[seen]).tolist())
         ),
         growth=growth,
+        shapes=shapes,
     )
+
+
+def _fitted(
+    picture: Picture, markers: Markers, last: Sighting, on_ring: np.ndarray, chosen: np.ndarray, growth: np.ndarray
+) -> tuple[Markers, np.ndarray]:
+    """Markers with centres fitted from the last shapes on, and the shapes; what was no disc then is none now."""
+    assert last.shapes is not None
+    assert last.spreads_px2 is not None
+    larger = np.sqrt(growth / last.growth)[chosen]
+    shapes = last.shapes[chosen]
+    shapes[:, 1:3] *= larger[:, None]
+    is_new = np.abs(last.spreads_px2[chosen]).sum(axis=(1, 2)) == 0
+    is_disc = on_ring & ((shapes[:, 0] > 0) | is_new)
+    middle_px = last.own.camera.cx, last.own.camera.cy
+    fitted = with_fitted_centres(
+        replace(markers, shapes=shapes), is_disc, *picture.light, middle_px, (picture.part[0], picture.part[1])
+    )
+    if fitted.covariances_px2 is None or fitted.shapes is None:
+        return markers, last.shapes
+    spreads = last.spreads_px2[chosen] * growth[chosen, None, None]
+    of_others = on_ring & ~is_disc
+    covariances = np.where(of_others[:, None, None], spreads, fitted.covariances_px2)
+    shapes = last.shapes.copy()
+    shapes[chosen[is_disc]] = np.where(fitted.shapes[is_disc, :1] > 0, fitted.shapes[is_disc], shapes[chosen[is_disc]])
+    return replace(fitted, covariances_px2=covariances), shapes
 
 
 def _spots(light: np.ndarray, places_px: np.ndarray, last: Sighting, within_px: float) -> Spots:
     """The spots within some pixels of places (N, 2), and nearer to them than to the next light."""
     far = np.clip(np.minimum(within_px, _OF_SPACING * last.spacings_px), _LEAST_WINDOW_PX, None)
-    return spots_in_windows(light, places_px, np.ceil(far), _reach_px(last.halves_px))
+    return spots_in_windows(light, places_px, np.ceil(far), reach_px_of(last.halves_px))
 
 
 def _told(spots: Spots, last: Sighting) -> np.ndarray:
@@ -316,38 +254,9 @@ def _with_missing(points_px: np.ndarray, missing_px: np.ndarray, unseen: np.ndar
     return points_px
 
 
-def _missing(found: Estimate) -> np.ndarray:
-    """Where (M, 2) the dock's lights must be that were not seen, by those that were."""
-    import cv2
-
-    ring, choice, markers, dock = found.ring, found.choice, found.markers, found.dock
-    assert ring is not None
-    assert choice is not None
-    assert markers is not None
-    if dock.lights is None and ring.lights and ring.focal_px is None:
-        dock = msgspec.structs.replace(dock, lights=ring.lights)
-    nothing = np.empty((0, 2))
-    if dock.lights is None or choice.lights is None:
-        return nothing
-    absent = np.setdiff1d(np.arange(dock.lights), choice.lights)
-    if len(absent) == 0:
-        return nothing
-    flat = dock.light_points()[:, :2]
-    homography, _ = cv2.findHomography(flat[choice.lights], markers.points_px[ring.on_ring])
-    if homography is None:
-        return nothing
-    seen = np.column_stack([flat[absent], np.ones(len(absent))]) @ homography.T
-    return seen[:, :2] / seen[:, 2:]
-
-
 def _radius_px(last: Sighting) -> float:
     """Major semi-axis of the dock's ring."""
     return 0.0 if last.own.ellipse is None else last.own.ellipse.semi_axes_px[0]
-
-
-def _reach_px(halves_px: np.ndarray) -> np.ndarray:
-    """How far (N,) from a light's middle the water around it is."""
-    return np.ceil(halves_px + np.maximum(3.0, halves_px))
 
 
 def _moves_px(last: Sighting, settings: Settings, elapsed_s: float) -> float:

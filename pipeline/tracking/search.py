@@ -10,7 +10,8 @@ from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.estimate import Estimate, estimate
 from dockpose.settings import Settings
-from dockpose.tracking.follow import Sighting, begin, follow, period_s
+from dockpose.tracking.follow import follow, period_s
+from dockpose.tracking.sighting import Sighting, begin
 
 BLOCK = 100  # frames; the first of each block is searched
 _BESIDE_S = 1.0  # between two searches beside following, of a live source
@@ -20,8 +21,8 @@ _SAME = 0.2  # of the ring's radius, within which the centres of two are one
 class Search:
     """Finds the dock in frame after frame: follows it, and searches where that fails and now and then.
 
-    Each 100th frame is searched, so that blocks can be done in any order; of a live source one about each second, beside
-    following the others. Where that shows another ring, the next frame is searched.
+    Each 100th frame is searched, so that blocks can be done in any order; of a live source one about each second,
+    beside following. Where that shows another ring, the next frame is searched.
     """
 
     def __init__(self, camera: Camera, dock: Dock, *, is_live: bool = False) -> None:

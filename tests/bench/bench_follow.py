@@ -3,6 +3,7 @@
 # pyright: reportOptionalMemberAccess=false, reportOptionalSubscript=false
 
 import math
+import re
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -214,6 +215,32 @@ def row(name: str, rate_hz: float, figures: dict[str, float]) -> str:
         f"wrong at p >= .95 {figures['wrong']:2.0f}, drift {figures['drift']:.3f} px (worst {figures['worst']:.3f}), "
         f"followed {100 * figures['followed']:3.0f} %, tracks {figures['tracks']:.0f}"
     )
+
+
+def sudden(seed: int) -> Film:
+    """A cut to elsewhere, a dead stop from up to 4 m/s, or a wrong frame rate, with numbers by chance."""
+    rng = np.random.default_rng(seed)
+    z, other, speed, at = rng.uniform(2.0, 3.5), rng.uniform(0.8, 1.7), rng.uniform(1.0, 4.0), int(rng.integers(5, 12))
+    if seed % 3 == 0:
+        return Film(lambda time_s, frame: (0.05, 0.0, z if frame < at else other))
+    if seed % 3 == 1:
+        return Film(lambda time_s, frame: (0.05, 0.0, other + speed * max(0.0, (1 - frame / at) * at / 30)))
+    return Film(ahead(z, 1.0), clock=float(rng.choice([0.2, 0.33, 3.0, 5.0])))
+
+
+def test_no_frame_says_found_with_another_range_than_it_shows() -> None:
+    says, films = 0, 50
+    for seed in range(films):
+        following = Following(CAMERA, DOCK, Settings(), lambda text: None)
+        for image, time_s, place, number in sudden(seed).frames(30.0, seed):
+            if number == 20:
+                break
+            one = following.see(Frame(image, number, time_s, "film"))
+            told = re.search(r"dock is (-?[\d.]+) cm ahead", one.estimate.message)
+            if told is not None and one.trust.verdict.startswith("Dock found"):
+                says += abs(float(told[1]) / 100 / place[2] - 1) >= NEAR
+    print(f"\n{films} films with cuts, stops and wrong rates: {says} frames say Dock found and are 5 % off (asked: 0)")
+    assert says == 0
 
 
 SIZES = {"640 x 480": (640, 480, 0.5), "1080p": (1920, 1080, 0.25), "4K": (3840, 2160, 0.15)}

@@ -29,7 +29,6 @@ OF_SEVERAL = {
     "pipeline/test_docstrings.py",
     "pipeline/test_doctests.py",
     "pipeline/test_estimate_lights.py",
-    "pipeline/test_estimate_region.py",
     "pipeline/test_estimate_told.py",
     "pipeline/test_estimate_variety.py",
     "pipeline/test_typing.py",

@@ -171,8 +171,11 @@ def replay_session(folder: Path) -> int:
     """Estimate every frame of a session with its own camera, dock and settings, and print what differs."""
     with blaming("--session "):
         record = read_session(folder)
-    changed = unreadable = 0
+    changed = unreadable = followed = 0
     for row in record.rows:
+        if row.found_by == "following":  # from a frame that the session need not have
+            followed += 1
+            continue
         try:
             sentence = _replayed(record, row)
         except ValueError as error:
@@ -182,9 +185,10 @@ def replay_session(folder: Path) -> int:
         if sentence:
             changed += 1
             console.put(f"row {row.number}: {sentence}")
-    same = len(record.rows) - changed - unreadable
+    same = len(record.rows) - changed - unreadable - followed
     rest = f", {changed} differ{'s' if changed == 1 else ''}" if changed else ""
     rest += f", {unreadable} cannot be read" if unreadable else ""
+    rest += f", {followed} followed from frames before, not searched again" if followed else ""
     console.put(f"{folder}: {same} of {len(record.rows)} rows give the same numbers{rest}.")
     return console.EXIT_SOME_UNREADABLE if unreadable else console.EXIT_ALL_READ
 

@@ -104,7 +104,7 @@ class _Run:
     ) -> None:
         self._source, self._frames, self._settings, self._how, self._tell = source, frames, settings, how, tell
         self.camera, self._dock = known(source.name, frames.camera, frames.dock)
-        self._following = Following(self.camera, self._dock, settings, tell, watch_exposure=frames.is_live)
+        self._following = Following(self.camera, self._dock, settings, tell, is_live=frames.is_live)
         self.last: Frame | None = None  # the frame that came last
         self.skipped = 0  # corrupt frames of which other processes told
 

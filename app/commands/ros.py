@@ -87,7 +87,7 @@ class NodeLogic:
             raise UserError(f"no camera is known yet: {self.info_topic} is silent, and no camera file is given")
         picture = picture_in(message, self.image_topic)
         if self._following is None:
-            self._following = Following(self._camera, self._dock, self._settings, self._tell)
+            self._following = Following(self._camera, self._dock, self._settings, self._tell, is_live=True)
         followed = self._following.see(Frame(picture, number, time_s, self.image_topic))
         found, trust = followed.estimate, followed.trust
         drawn = annotate(picture, found, headline=headline_of(trust))

@@ -68,6 +68,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     measured_theta_y_deg: float | None = None
     distance_cm: float | None = None
     notes: str = ""
+    found_by: str | None = None  # search or following
 
     def __post_init__(self) -> None:
         if not _FILE.fullmatch(self.file):  # a results.csv from elsewhere must not lead out of its folder
@@ -108,7 +109,7 @@ COLUMNS = Row.__struct_fields__
 
 def estimate_values(found: Estimate) -> dict[str, Any]:
     """Columns of a row that an estimate fills."""
-    values: dict[str, Any] = {"status": found.status, "lights": found.lights_on_ring}
+    values: dict[str, Any] = {"status": found.status, "lights": found.lights_on_ring, "found_by": found.found_by}
     if found.threshold is not None:
         values |= {"method": found.threshold.method, "level": found.threshold.level}
     if found.choice is None or found.selected is None:

@@ -150,6 +150,7 @@ class _Track(msgspec.Struct):
     age: _Whole | None = None
     predicted: bool | None = None
     lost: bool | None = None
+    number: _Whole | None = None
 
 
 class _Threshold(msgspec.Struct):
@@ -194,6 +195,7 @@ class _Line(msgspec.Struct):
     predicted: _Pose | None = None
     filtered: _Pose | None = None
     smoothed: _Smoothed | None = None
+    found_by: str | None = None
 
     def __post_init__(self) -> None:
         if self.schema != SCHEMA:

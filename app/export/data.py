@@ -57,6 +57,7 @@ CSV_COLUMNS = (
     "ring",
     *(f"vehicle_{column}" for column in _VEHICLE),
     *(f"guidance_{column}" for column in _GUIDANCE),
+    *("track_number", "found_by"),
 )
 CSV_HEAD = (
     *("number", "time", "source", "status", "probability", "range_cm"),
@@ -97,6 +98,8 @@ def to_row(line: dict[str, Any]) -> dict[str, Any]:
         "lights_on_ring": sum(marker["on_ring"] is True for marker in line["markers"]),
         "selected": None if line["selected"] is None else POSE_NAMES[line["selected"]],
         **{f"track_{key}": track.get(key) for key in _TRACK_KEYS},
+        "track_number": track.get("number"),
+        "found_by": line.get("found_by"),
         "ring": "+".join(line.get("ring") or ()),
         "smoothed_probability": (line.get("smoothed") or {}).get("probability"),
     }

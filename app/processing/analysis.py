@@ -112,7 +112,8 @@ class Analysis:
 def trust_of(found: Estimate, tracked: Tracked | None = None, **more: Any) -> Trust:
     """Judge a result as :func:`trust_in`, in a sequence with the probability that the track gives to its pose."""
     probability = None if tracked is None or tracked.selected is None else tracked.track.probability
-    return trust_in(found, probability=probability, **more)
+    predicted = tracked is not None and tracked.track.predicted
+    return trust_in(found, probability=probability, predicted=predicted, **more)
 
 
 def headline_of(trust: Trust) -> tuple[str, str]:

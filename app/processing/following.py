@@ -6,14 +6,14 @@ from functools import cached_property
 from typing import Any
 
 import msgspec
-from dockpose import Camera, Dock, Estimate, Settings, Tracker, estimate
+from dockpose import Camera, Dock, Estimate, Settings, Tracker
 from dockpose.app.processing.analysis import Analysis, TrackedFrame, Trajectory, select_pose, trust_of
 from dockpose.app.state.trust import Trust
 from dockpose.app.state.view import View, with_first_frame, with_frame
 from dockpose.lights.masks import StillGroups
 from dockpose.pose.choice import DECIDED
 from dockpose.sources import ExposureWatch, Frame, Frames
-from dockpose.tracking.search import BLOCK, Search
+from dockpose.tracking.search import Search
 from dockpose.tracking.tracker import Tracked
 
 
@@ -31,7 +31,7 @@ class Followed:
 
 
 class Following:
-    """Follows one dock, with ``use_region`` mostly around its last ring; ``tell`` hears of masks and exposure."""
+    """Follows one dock from frame to frame; ``tell`` hears of masks and exposure."""
 
     def __init__(
         self,
@@ -40,23 +40,19 @@ class Following:
         settings: Settings,
         tell: Callable[[str], None],
         *,
-        use_region: bool = True,
-        watch_exposure: bool = False,
+        is_live: bool = False,
     ) -> None:
         self._camera, self._dock, self._tell = camera, dock, tell
         self._tracker = Tracker(camera, dock, settings)
-        self._search = search_of(camera, dock, settings) if use_region else None
-        self._watch = ExposureWatch() if watch_exposure else None
+        self._search = Search(camera, dock, is_live=is_live)
+        self._watch = ExposureWatch() if is_live else None
         self.masks = AutoMasks(settings, tell)
         self.settings = settings  # with the masks found so far
 
     def see(self, frame: Frame) -> Followed:
         """Search the next frame and update the track."""
         settings = self.masks.settings_for(frame.image.shape, self._camera, self._dock)
-        if self._search is None:
-            found = estimate(frame.image, self._camera, self._dock, settings)
-        else:
-            found = self._search.see(frame.image, frame.index, frame.time_s, settings)
+        found = self._search.see(frame.image, frame.index, frame.time_s, settings)
         self.masks.see(found, f"{frame.name} frame {frame.index}")
         self.settings = self.masks.settings_for(frame.image.shape, self._camera, self._dock)
         if self._watch is not None and (sentence := self._watch.see(frame, found)):
@@ -103,15 +99,9 @@ class FrameFollower:
         if self._following is None or not goes_on or not is_same:
             # What is burnt in stays masked after a jump.
             settings = self._following.settings if self._following is not None and is_same else view.settings
-            # Searching the whole picture gives a frame in the log the same numbers as the frame on its own.
-            self._following = Following(view.camera, view.dock, settings, self._tell, use_region=False)
+            self._following = Following(view.camera, view.dock, settings, self._tell, is_live=self.frames.is_live)
             self._searched_with = searched_with
         return self._following
-
-
-def search_of(camera: Camera, dock: Dock, settings: Settings) -> Search:
-    """The search over the frames of a sequence, the same in every process."""
-    return Search(camera, dock, settings, whole_first=BLOCK)
 
 
 def chosen_by_track(tracked: Tracked) -> Estimate:
@@ -145,7 +135,9 @@ class AutoMasks:
     def see(self, found: Estimate, name: str) -> None:
         """Learn from what was found in that frame, called ``name``."""
         on_ring = found.ring.on_ring if found.status == "ok" and found.ring is not None else None
-        masks = self._still.see(found.markers, on_ring, found.region)
+        if found.found_by == "following":  # which looks at nothing but lights
+            return
+        masks = self._still.see(found.markers, on_ring)
         if masks:
             where = "; ".join(",".join(f"{number:g}" for number in mask) for mask in masks)
             self._tell(

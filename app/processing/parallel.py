@@ -1,6 +1,6 @@
 """Estimates of frames by several processes or on a Dask cluster, the same as by one."""
-# Chunks start at full-frame searches, so they are independent. They are searched before the automatic masks of earlier
-# chunks are known; where these change the settings, the rest is searched again.
+# Chunks start at frames that are searched, so they are independent. They are done before the automatic masks of earlier
+# chunks are known; where these change the settings, the rest is done again.
 
 import contextlib
 import functools
@@ -21,11 +21,11 @@ from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import PictureFile
 from dockpose.app.inputs.sequences import FrameSource
-from dockpose.app.processing.following import AutoMasks, search_of
+from dockpose.app.processing.following import AutoMasks
 from dockpose.sources import Frame, Frames
-from dockpose.tracking.search import BLOCK
+from dockpose.tracking.search import BLOCK, Search
 
-_LARGEST_CHUNK = 10 * BLOCK  # frames; a decoder starts at a key frame, often one in 250
+_LARGEST_CHUNK = 3 * BLOCK  # frames; a decoder starts at a key frame, often one in 250
 _CHUNKS_EACH = 4  # for each worker at least, so that none waits long for the last
 SCHEDULER_TIMEOUT_S = 10.0
 _AHEAD = 2  # submitted chunks for each worker
@@ -58,9 +58,9 @@ class SequenceWork:
     count: int  # of frames
     folder: str = field(default_factory=os.getcwd)
 
-    def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
-        """Return what estimates frames ``start`` to ``stop`` (excluded) in order; ``before`` is the one before them."""
-        return functools.partial(_estimate_frames, self, start, stop, before)
+    def chunk(self, start: int, stop: int) -> Callable[[Settings], list[Found]]:
+        """Return what estimates frames ``start`` to ``stop`` (excluded) in order."""
+        return functools.partial(_estimate_frames, self, start, stop)
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,8 @@ class PictureWork:
         """Number of pictures."""
         return len(self.files)
 
-    def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
-        """Return what estimates pictures ``start`` to ``stop`` (excluded) in order; ``before`` plays no part."""
+    def chunk(self, start: int, stop: int) -> Callable[[Settings], list[Found]]:
+        """Return what estimates pictures ``start`` to ``stop`` (excluded) in order."""
         return functools.partial(_estimate_pictures, self.files[start:stop], self.folder, start)
 
 
@@ -86,14 +86,10 @@ def found_in(frame: Frame, name: str, found: Estimate) -> Found:
     return Found(label, frame.index, frame.time_s, name, frame.sha256, found, time_unix_s=taken_s)
 
 
-def _estimate_frames(
-    work: SequenceWork, start: int, stop: int, before: Found | None, settings: Settings
-) -> list[Found]:
+def _estimate_frames(work: SequenceWork, start: int, stop: int, settings: Settings) -> list[Found]:
     source, (frames, told) = work.source, _opened(work)
     told.clear()
-    search = search_of(work.camera, work.dock, settings)
-    if before is not None and before.estimate is not None:
-        search.remember(before.estimate, before.index, before.time_s)
+    search = Search(work.camera, work.dock)
     done: list[Found] = []
     skipped = frames.skipped
 
@@ -165,12 +161,12 @@ def split(
     """Yield the results in order, of ``count`` chunks at once; ``auto_masks`` learns and changes the settings."""
     size = min(_LARGEST_CHUNK, BLOCK * math.ceil(work.count / (_CHUNKS_EACH * count * BLOCK)))
     waiting: deque[Future[list[Found]]] = deque()
-    start, last = 0, None
+    start = 0
     try:
         while start < work.count or waiting:
             while start < work.count and len(waiting) < _AHEAD * count:
                 stop = min(work.count, start - start % BLOCK + size)
-                waiting.append(executor.submit(work.chunk(start, stop, last if start % BLOCK else None), settings))
+                waiting.append(executor.submit(work.chunk(start, stop), settings))
                 start = stop
             for one in waiting.popleft().result():
                 if (found := one.estimate) is not None:
@@ -180,7 +176,6 @@ def split(
                         settings, start = wanted, one.index
                         break
                     auto_masks.see(found, one.label)
-                    last = one
                 yield one
     finally:
         _cancel(waiting)

@@ -18,6 +18,7 @@ VERDICTS: dict[Colour, str] = {
     "red": "Dock seen, but do not rely on it",
 }
 NO_POSE = "No pose"
+PREDICTED = "Dock predicted, not measured"
 TOSS_UP = 2 / 3  # a pose that is not even twice as likely as the other
 # Twice the standard deviation holds the truth 19 times in 20: within a tenth of the range, or not even a fifth.
 EXACT_SHARE, ROUGH_SHARE = 0.05, 0.10
@@ -42,12 +43,18 @@ def trust_in(
     *,
     assumed: Collection[str] = (),
     probability: float | None = None,
+    predicted: bool = False,
     fitting_lights: int | None = None,
 ) -> Trust:
-    """Judge how far a result can be trusted; ``assumed`` names what nobody has given, of "camera" and "dock"."""
+    """Judge how far a result can be trusted; ``assumed`` names what nobody has given, of "camera" and "dock".
+
+    ``predicted`` says that the track goes on elsewhere than where this frame shows a ring.
+    """
     if found.selected is None:
         return Trust("red", NO_POSE, ())
     doubts: list[tuple[Colour, str]] = []
+    if predicted:
+        doubts.append(("amber", "The ring in this frame does not continue the track: the pose is predicted."))
     if fitting_lights is not None:
         doubts.append(("red", f"{fitting_lights} lights form a ring; the dock is set to {found.dock.lights}."))
     doubts += [*_doubts_about_pose(found, probability), *_doubts_about_range(found), *_doubts_about_ring(found)]
@@ -58,7 +65,7 @@ def trust_in(
         doubts.append(("amber", f"The dock's diameter, on which distances depend, is not known: {across} was assumed."))
     colour: Colour = "green" if not doubts else "red" if any(one == "red" for one, _ in doubts) else "amber"
     reasons = [reason for wanted in ("red", "amber") for one, reason in doubts if one == wanted]
-    return Trust(colour, VERDICTS[colour], tuple(reasons))
+    return Trust(colour, PREDICTED if predicted else VERDICTS[colour], tuple(reasons))
 
 
 def _doubts_about_pose(found: Estimate, probability: float | None) -> Iterator[tuple[Colour, str]]:

@@ -9,6 +9,7 @@ from dockpose.camera.camera import Camera
 from dockpose.camera.image import (
     ImageError,
     as_picture,
+    darkest_channel,
     decode,
     orientation_of,
     orientation_sentence,
@@ -37,7 +38,6 @@ def estimate(
     settings: Settings | None = None,
     *,
     fall_back: bool = True,
-    region: Region | None = None,
     like: Estimate | None = None,
 ) -> Estimate:
     """Find the dock in one picture.
@@ -58,12 +58,9 @@ def estimate(
     fall_back : bool
         Let hats give each light a level of its own where no single level shows the ring. A comparison of the
         methods wants each as it is.
-    region : Region or None
-        Rectangle (x_px, y_px, width_px, height_px), clipped to the picture and begun at an even pixel, outside of
-        which nothing is looked at; None searches the whole picture. What is found is in pixels of the whole picture.
     like : Estimate or None
-        An estimate of this very picture, as with another camera or dock. Where settings, region and tone curve are the
-        same, its threshold and its groups are taken over, which saves most of the time.
+        An estimate of this very picture, as with another camera or dock. Where settings and tone curve are the same
+        and it was searched, its threshold and its groups are taken over, which saves most of the time.
 
     Returns
     -------
@@ -74,15 +71,7 @@ def estimate(
     ------
     ValueError
         if the file cannot be read, an argument is of another kind, the image is no such picture or does not belong to
-        the camera, or the region has no pixel of it.
-
-    Notes
-    -----
-    A region gives what a mask over all the rest gives, as far as that has one level for all lights, but for three
-    things: a histogram of more than 80,000 pixels is sketched from every few rows, which are others in a part; the
-    bits of a 16-bit picture are those that the part uses; and a light at the region's edge is weighed by what of it
-    lies within. Other than in the whole picture, the background is that of the region alone, so that the level may
-    differ, and the centres differ by what the neighbouring groups outside would take from them.
+        the camera.
     """
     if isinstance(image, (str, os.PathLike)):
         image = Path(sample_source(str(image)))
@@ -91,7 +80,7 @@ def estimate(
     camera, dock = check_is("camera", camera, Camera), check_is("dock", dock, Dock)
     settings = check_is("settings", settings or Settings(), Settings)
     if dock.rings:
-        return of_rings(estimate, image, camera, dock, settings, fall_back=fall_back, region=region, like=like)
+        return of_rings(estimate, image, camera, dock, settings, fall_back=fall_back, like=like)
     given, path, note = image, None, ""
     if isinstance(image, Path):
         path = image
@@ -102,32 +91,19 @@ def estimate(
     start = time.perf_counter()
     whole: np.ndarray = np.asarray(image)
     hidden: np.ndarray | None = np.asarray(np.ma.getmaskarray(image)) if np.ma.is_masked(image) else None
-    image, part = whole, None
-    if whole.ndim >= 2 and region is not None:
-        part = part_of(region, whole.shape[1], whole.shape[0])
-        image, hidden = crop(whole, part), None if hidden is None else crop(hidden, part)
-    # Compiled code is for arrays without gaps that may be written to, and would be compiled anew for others.
-    image = as_picture(image)
-    grey = np.require(to_grey(image), requirements=["C", "W"])
-    part = part or part_of(None, *grey.shape[::-1])
+    picture = picture_in(whole, camera, settings, hidden=hidden, like=like)
     height, width = whole.shape[:2]
     scaled = camera.for_size(width, height)
-    if hidden is not None:
-        hidden = np.atleast_2d(hidden.reshape(*grey.shape, -1).any(axis=2))
-    grey, counted = hide(grey, masks_within(settings.masks, part), hidden)
-    if like is not None and (like.settings, like.region, like.camera.tone) != (settings, region, camera.tone):
-        like = None
-    picture = Picture(image, grey, histogram_of(grey, counted), part, width, like, camera.tone)
+    counted = picture.histogram.counted
     if counted is not None and not counted.any():
         status, message, stages = "no_lights", "No lights: the whole picture is masked.", {}
     else:
         status, message, stages = search(picture, scaled, dock, settings, fall_back)
-    if scaled is not camera:
-        message += f" The camera's intrinsics were scaled from {camera.width} x {camera.height} to {width} x {height}."
+    message += notes_on(camera, scaled)
     if note:
         message += f" {note[:1].upper()}{note[1:]}."
     elapsed_ms = 1000 * (time.perf_counter() - start)
-    bits = significant_bits(grey)
+    bits = significant_bits(picture.grey)
     return Estimate(
         status,
         message,
@@ -139,6 +115,42 @@ def estimate(
         settings,
         **stages,
         elapsed_ms=elapsed_ms,
-        region=region,
         picture=picture_of(given, path),
     )
+
+
+def picture_in(
+    whole: np.ndarray,
+    camera: Camera,
+    settings: Settings,
+    region: Region | None = None,
+    in_white: bool = False,
+    *,
+    hidden: np.ndarray | None = None,
+    like: Estimate | None = None,
+) -> Picture:
+    """Return what is looked at of a picture: a region of it or all, in grey or in the darkest of its colours."""
+    image, part = whole, None
+    if whole.ndim >= 2 and region is not None:
+        part = part_of(region, whole.shape[1], whole.shape[0])
+        image, hidden = crop(whole, part), None if hidden is None else crop(hidden, part)
+    # Compiled code is for arrays without gaps that may be written to, and would be compiled anew for others.
+    image = as_picture(image)
+    grey = darkest_channel(image) if in_white else None
+    grey = np.require(to_grey(image) if grey is None else grey, requirements=["C", "W"])
+    part = part or part_of(None, *grey.shape[::-1])
+    height, width = whole.shape[:2]
+    if hidden is not None:
+        hidden = np.atleast_2d(hidden.reshape(*grey.shape, -1).any(axis=2))
+    grey, counted = hide(grey, masks_within(settings.masks, part), hidden)
+    if like is not None and (like.settings, like.camera.tone, like.found_by) != (settings, camera.tone, "search"):
+        like = None
+    return Picture(image, grey, histogram_of(grey, counted), part, width, height, like, camera.tone)
+
+
+def notes_on(camera: Camera, scaled: Camera) -> str:
+    """Return a sentence on how a camera was scaled to the picture, after a space; empty where it was not."""
+    if scaled is camera or (scaled.width, scaled.height) == (camera.width, camera.height):
+        return ""
+    size = f"{scaled.width} x {scaled.height}"
+    return f" The camera's intrinsics were scaled from {camera.width} x {camera.height} to {size}."

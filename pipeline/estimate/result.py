@@ -14,7 +14,6 @@ from dockpose.estimate import drawing
 from dockpose.guidance import guided
 from dockpose.lights.ellipse import Ellipse, NoEllipseError
 from dockpose.lights.markers import Markers
-from dockpose.lights.region import Region
 from dockpose.lights.ring import Ring
 from dockpose.palette import POSE_NAMES
 from dockpose.pose.choice import Choice
@@ -50,8 +49,10 @@ class Estimate:
         Probability that the ring is a dock at all; those of the candidates are given that it is.
     elapsed_ms : float
         How long it took.
-    region : Region or None
-        Which part of the picture was searched; None for all of it.
+    found_by : {"search", "following"}
+        Whether the picture was searched, or measured where the lights must be by the frame before.
+    in_white : bool
+        Whether the lights show in the darkest of the colour channels rather than in grey.
     rings : tuple of str
         Names of those of the dock's rings that were seen, first that of markers, ring and ellipse; empty where the dock
         has one alone.
@@ -77,7 +78,8 @@ class Estimate:
     choice: Choice | None = None
     detection: float | None = None
     elapsed_ms: float = 0.0
-    region: Region | None = None
+    found_by: str = "search"
+    in_white: bool = False
     rings: tuple[str, ...] = ()
     of_ring: "Estimate | None" = None
     picture: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
@@ -175,6 +177,7 @@ class Estimate:
             **guided(self.selected, self.dock, self.camera, vehicle),
             "ring": list(self.rings) if self.dock.rings else None,
             "detection": self.detection,
+            "found_by": self.found_by,
             "rivals": [] if self.ring is None else [self._rival_dict(rival) for rival in self.ring.rivals],
             "elapsed_ms": round(self.elapsed_ms, 3),
         }

@@ -83,7 +83,6 @@ def of_rings(
     *,
     fall_back: bool,
     like: Estimate | None,
-    **where: Any,
 ) -> Estimate:
     """Find a dock of several rings in one picture by ``search``, which is :func:`estimate`, for each of them."""
     begin = time.perf_counter()
@@ -91,7 +90,7 @@ def of_rings(
     tried, best = [], None
     largest_first = sorted(dock.rings, key=lambda ring: -ring.diameter)
     for thorough, ring in itertools.product((False, True) if fall_back else (False,), largest_first):
-        like = search(image, camera, ring.dock, settings, fall_back=thorough, like=like, **where)
+        like = search(image, camera, ring.dock, settings, fall_back=thorough, like=like)
         tried.append(like)
         for seen in [_completed(one, ring, dock) for one in rings_of(like)]:
             best = seen if best is None or seen.betters(best) else best
@@ -102,6 +101,21 @@ def of_rings(
         farthest = max(tried, key=lambda one: (one.ellipse is not None, one.lights_on_ring or 0))
         return replace(farthest, dock=dock, elapsed_ms=elapsed_ms)
     return replace(_joined(best), elapsed_ms=elapsed_ms)
+
+
+def lights_of_all(found: Estimate) -> np.ndarray:
+    """Which groups (N,) are lights of any ring of a dock of several."""
+    one = found.of_ring or found
+    return _completed(one, _named(found.rings[0], found.dock), found.dock).taken
+
+
+def joined_with(one: Estimate, name: str, dock: Dock) -> Estimate:
+    """A dock of several rings, by the estimate of that of this name, among whose groups are the others' lights."""
+    return replace(_joined(_completed(one, _named(name, dock), dock)), elapsed_ms=one.elapsed_ms)
+
+
+def _named(name: str, dock: Dock) -> DockRing:
+    return next(ring for ring in dock.rings if ring.name == name)
 
 
 def rings_of(found: Estimate) -> Iterator[Estimate]:

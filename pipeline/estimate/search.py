@@ -19,7 +19,7 @@ from dockpose.lights.colours import tell_colours
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError
 from dockpose.lights.growing import distances
 from dockpose.lights.markers import Markers, find_markers, with_fitted_centres
-from dockpose.lights.region import markers_in_whole, ring_in, threshold_in_whole
+from dockpose.lights.region import ring_in
 from dockpose.lights.ring import Ring
 from dockpose.pixels.bright import SATURATED
 from dockpose.pose.choice import Choice
@@ -44,15 +44,21 @@ _LIGHTS_OF = attrgetter("lights", "angles_deg", "colours", "offsets_m")
 
 @dataclass(frozen=True)
 class Picture:
-    """What is searched: the picture or a part of it."""
+    """What is looked at: the picture or a part of it."""
 
     image: np.ndarray  # of the part
     grey: np.ndarray  # of the part
     histogram: Histogram  # of the part
     part: tuple[int, int, int, int]  # left, top, right and bottom of it
     width: int  # of the whole picture, in pixels
+    height: int
     like: Estimate | None  # another estimate of it, whose threshold and groups hold here
     tone: str | float  # curve of the camera
+
+    @property
+    def area_px2(self) -> float:
+        """Of the whole picture, in which chance may make rings."""
+        return float(self.width * self.height)
 
     @cached_property
     def light(self) -> tuple[np.ndarray, float]:
@@ -77,12 +83,13 @@ def search(
     if settings.method != "hats" or not fall_back or first.is_exact():
         return first.status, first.message, first.stages
     best = _search_by_light(first, picture, camera, dock, settings)
+    white = False
     own = "" if best is first or best.status != "ok" else " No one level shows the ring; each light was given its own."
     if best.status != "ok" or best.stages["ring"].focal_px is not None:
         second = _search_in_white(picture, camera, dock, settings)
         if second is not None and second.rank() > best.rank():
-            best, own = second, _IN_WHITE
-    return best.status, best.message + own, best.stages
+            best, own, white = second, _IN_WHITE, True
+    return best.status, best.message + own, best.stages | {"in_white": white}
 
 
 @dataclass(frozen=True)
@@ -204,6 +211,13 @@ def _search_with(
     status, message, stages = _find_lights(picture, threshold, camera, dock, settings, of_few, looks)
     if status != "ok":
         return _Found(status, message, stages)
+    return _Found(*judge_ring(picture, camera, dock, stages))
+
+
+def judge_ring(
+    picture: Picture, camera: Camera, dock: Dock, stages: dict[str, Any]
+) -> tuple[str, str, dict[str, Any], float]:
+    """Status, message, stages and log of the chance of a ring; its threshold, markers and ring are in ``stages``."""
     ring = stages["ring"]
     if ring.focal_px is not None:  # the spacing would only tell how wrong the camera is
         dock = msgspec.structs.replace(dock, lights=None)
@@ -218,12 +232,12 @@ def _search_with(
         if (lights := int(ring.on_ring.sum())) < MIN_POINTS:
             kept = {name: stages[name] for name in ("threshold", "markers")}
             found = few_in_words(stages["markers"], lights)
-            return _Found("too_few_markers", f"{found}, too few for an ellipse, and {error}.", kept)
-        return _Found("no_ellipse", f"No ellipse: {error}.", stages)
+            return "too_few_markers", f"{found}, too few for an ellipse, and {error}.", kept, math.inf
+        return "no_ellipse", f"No ellipse: {error}.", stages, math.inf
     if reason is not None:
-        return _Found("not_a_ring", reason, stages, log_chance)
+        return "not_a_ring", reason, stages, log_chance
     stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(log_chance, ring.alike)}
-    return _Found("ok", found_in_words(ring, choice, camera, dock), stages, log_chance)
+    return "ok", found_in_words(ring, choice, camera, dock), stages, log_chance
 
 
 def _find_lights(
@@ -242,10 +256,11 @@ def _find_lights(
         markers = like.markers.unfitted if ring is None else like.markers
         stages: dict[str, Any] = {"threshold": threshold, "markers": markers}
     else:
-        stages = {"threshold": threshold_in_whole(threshold, picture.part, picture.width)}
+        stages = {"threshold": threshold}
         light, _ = picture.light
-        markers = find_markers(light, picture.histogram, threshold, settings.min_area_px, settings.centroid)
-        markers = stages["markers"] = markers_in_whole(markers, picture.part)
+        markers = stages["markers"] = find_markers(
+            light, picture.histogram, threshold, settings.min_area_px, settings.centroid
+        )
     count = len(markers)
     if count == 0 and markers.dropped:
         small = f"all {markers.dropped} groups at level {threshold.level} are below {settings.min_area_px} pixels"
@@ -267,13 +282,13 @@ def _find_lights(
     is_new = ring is None
     if ring is None:
         points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
-        ring = ring_in(points_px, markers, camera, dock, picture.part, of_few=of_few)
+        ring = ring_in(points_px, markers, camera, dock, picture.area_px2, of_few=of_few)
     stages["ring"] = ring
     if not ring.found:
         return "not_a_ring", ring.reason, stages
     if settings.centroid == "grey" and is_new:
         middle_px = camera.cx, camera.cy
-        stages["markers"] = with_fitted_centres(markers, ring.on_ring, *picture.light, middle_px, picture.part[:2])
+        stages["markers"] = with_fitted_centres(markers, ring.on_ring, *picture.light, middle_px)
     return "ok", "", stages
 
 
@@ -290,7 +305,7 @@ def _judged(
     if dock.colours:
         points_px = markers.points_px[ring.on_ring] - picture.part[:2]
         labels = tell_colours(picture.image, points_px, markers.areas_px[ring.on_ring])
-    ellipse, choice, log_chance, reason = judged(ring, markers, camera, dock, float(picture.grey.size), labels)
+    ellipse, choice, log_chance, reason = judged(ring, markers, camera, dock, picture.area_px2, labels)
     pose = choice.candidates[choice.selected]
     # Of another diameter the same lights were looked at before.
     is_known = picture.like is not None and picture.like.status == "ok" and ring is picture.like.ring

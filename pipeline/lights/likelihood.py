@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 from dockpose.compiled import compiled, compiled_sum, compiled_within
-from dockpose.lights.centroids import beyond_noise, is_nearest, median_along_edge, nearest, window_at
+from dockpose.lights.centroids import is_nearest, median_along_edge, nearest, window_at
 from dockpose.lights.reprojection import solve
+from dockpose.lights.vignetting import undo_slopes
 
 # Rounds of Gauss and Newton's method. A centre that moves by less than this share of its standard deviation, while the
 # squares should fall by less than that share, has settled: what is left adds 2 % to its error. A small lamp's radius
@@ -19,9 +20,6 @@ _OVER_WHITE, _WIDER_BY_PX = 2.5, 0.7
 _FLAT = 4.0  # blurs beyond an edge, from which on a light is even to 3e-5 of its height
 _LONGEST = 0.3  # share of a light's height, radius, blur or axes in one round
 _DAMPED, _ROUND = 0.01, 0.05  # share of the diagonal; standard deviation that is expected of a light's two axes
-# Standard deviation of the share of light that a lens keeps from the corners. So large a light has a slope of its own,
-# which is told as far as it exceeds so many variances.
-_VIGNETTING, _SLOPED_PX, _SURE = 0.3, 5.0, 4.0
 _FOOT = 0.2  # of a light's height, from which on its area is counted
 # Share of a light's height by which a pixel may be off beyond its noise, root mean square, or it is no such disc. The
 # noise is what neighbours differ by, known to one over the root of their number (von Neumann 1941). So many standard
@@ -37,25 +35,37 @@ _DENSITY = np.exp(-_STEPS * _STEPS / 2) / math.sqrt(2 * math.pi)
 
 
 def fitted_centres(
-    grey: np.ndarray, points: np.ndarray, reach: np.ndarray, white: float, middle: np.ndarray, far_px: float
+    grey: np.ndarray,
+    points: np.ndarray,
+    reach: np.ndarray,
+    white: float,
+    middle: np.ndarray,
+    far_px: float,
+    shapes: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return centres (N, 2) and covariances (N, 2, 2) of lights near points (N, 2).
 
     Where a light has no such shape the centre is the point and the covariance large, or NaN where nothing is known.
-    ``middle`` (2,) is the lens's, and ``far_px`` how far a corner of the whole picture is from it.
+    ``middle`` (2,) is the lens's, and ``far_px`` how far a corner of the whole picture is from it. ``shapes`` (N, 6)
+    are those to begin with, in pixels, of a height of 0 where none is known, and become those that are found.
     """
     covariances, slopes = np.full((len(points), 2, 2), np.nan), np.full((len(points), 2, 5), np.nan)
     found = points.copy(), covariances, slopes, np.zeros(len(points))
-    _fit_all(grey, points, reach, white, found)
-    _undo_slopes(*found, (points - middle) / far_px**2)
+    _fit_all(grey, points, reach, white, shapes, found)
+    undo_slopes(*found, (points - middle) / far_px**2)
     return found[:2]
 
 
 @compiled
 def _fit_all(
-    grey: np.ndarray, points: np.ndarray, reach: np.ndarray, white: float, found: tuple[np.ndarray, ...]
+    grey: np.ndarray,
+    points: np.ndarray,
+    reach: np.ndarray,
+    white: float,
+    shapes: np.ndarray,
+    found: tuple[np.ndarray, ...],
 ) -> None:
-    """Fill in what the fit of each light finds: centres, covariances, slopes (N, 2, 5) and radii (N,)."""
+    """Fill in what the fit of each light finds: centres, covariances, slopes (N, 2, 5) and radii (N,); and shapes."""
     centres, covariances, slopes, radii = found
     height, width = grey.shape
     for light in range(len(points)):
@@ -64,7 +74,9 @@ def _fit_all(
         side = 1 + 2 * ((reach[light] + _FINE_PX - 1) // (2 * _FINE_PX))
         pixels, water = _pixels(grey, points, light, reach[light], side)
         if len(pixels) >= _LEAST_PIXELS:
-            x, y, radius = _fit(pixels, white - water, covariances[light], slopes[light])
+            shapes[light, 1], shapes[light, 2] = shapes[light, 1] / side, shapes[light, 2] / side
+            x, y, radius = _fit(pixels, white - water, covariances[light], slopes[light], shapes[light])
+            shapes[light, 1], shapes[light, 2] = shapes[light, 1] * side, shapes[light, 2] * side
             centres[light, 0], centres[light, 1] = centres[light, 0] + side * x, centres[light, 1] + side * y
             radii[light] = side * radius
             for row in range(2):
@@ -73,41 +85,6 @@ def _fit_all(
                     covariances[light, row, column] *= side**2
                     slopes[light, row, 1 + column] /= side**2
                     slopes[light, row, 3 + column] *= side**2
-
-
-@compiled
-def _undo_slopes(
-    centres: np.ndarray, covariances: np.ndarray, slopes: np.ndarray, radii: np.ndarray, off: np.ndarray
-) -> None:
-    """Move centres by what darkens the picture from its middle on, as far as the slopes of all lights tell.
-
-    At a distance r from the middle the lens lets 1 - v r^2 of the light through, r = 1 in the corner. ``off`` (N, 2)
-    are the distances over the square of the corner's. What is not known of v is added to the covariances. Large lights
-    have slopes of their own as well. White ones, of a radius of 0, do not show theirs.
-    """
-    information, seen = 1 / _VIGNETTING**2, 0.0
-    for light in range(len(centres)):
-        if radii[light] > 0:
-            x, y = -2 * off[light, 0], -2 * off[light, 1]
-            a, b, c = slopes[light, 0, 1], slopes[light, 0, 2], slopes[light, 1, 2]
-            over = 1 / max(a * c - b * b, 1e-300)
-            information += (x * x * c - 2 * x * y * b + y * y * a) * over
-            seen += ((x * c - y * b) * slopes[light, 0, 0] + (y * a - x * b) * slopes[light, 1, 0]) * over
-    vignetting, by_lens = max(0.0, seen / information), np.empty(2)
-    for light in range(len(centres)):
-        if math.isfinite(slopes[light, 0, 0]):
-            by_lens[0] = by_lens[1] = 0.0
-            for axis in range(2):
-                of_lens = -2 * off[light, axis]
-                slope = vignetting * of_lens
-                if radii[light] > _SLOPED_PX:
-                    slope += beyond_noise(slopes[light, axis, 0] - slope, _SURE * slopes[light, axis, 1 + axis])
-                for row in range(2):
-                    by_lens[row] += slopes[light, row, 3 + axis] * of_lens
-                    centres[light, row] += slopes[light, row, 3 + axis] * slope
-            for row in range(2):
-                for column in range(2):
-                    covariances[light, row, column] += by_lens[row] * by_lens[column] / information
 
 
 @compiled_within
@@ -152,7 +129,9 @@ def _mean(grey: np.ndarray, x: int, y: int, half: int) -> float:
 
 
 @compiled_within
-def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.ndarray) -> tuple[float, float, float]:
+def _fit(
+    pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.ndarray, start: np.ndarray
+) -> tuple[float, float, float]:
     """Centre x, y of a light of any height, radius, blur and axes by Gauss and Newton's method, and its radius.
 
     All are 0 where there is none, and the radius where the light is white. Its centre and the water's slope are odd
@@ -160,7 +139,9 @@ def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.nda
     white, or that the light makes so, say nothing. What is off the shape by a share of its height, and longer than
     wide, may be off its place by such a share of its radius.
     """
-    shape, odd, none = _first_shape(pixels, white), np.zeros(4), (0.0, 0.0, 0.0)
+    odd, none = np.zeros(4), (0.0, 0.0, 0.0)
+    shape = start.copy() if start[0] > 0 else _first_shape(pixels, white)
+    shape[3], start[0] = 0.0, 0.0
     if shape[0] <= 0:
         return none
     reach = max(_FARTHEST_PX, _FARTHEST * shape[1])
@@ -193,6 +174,8 @@ def _fit(pixels: np.ndarray, white: float, covariance: np.ndarray, slope: np.nda
     covariance[0, 0], covariance[0, 1] = step[0, 1] * noise, step[0, 2] * noise
     covariance[1, 0], covariance[1, 1] = step[1, 1] * noise, step[1, 2] * noise
     _find_slope(A, noise, slope)
+    for number in range(len(shape)):
+        start[number] = shape[number]
     return odd[0], odd[1], shape[1] if shape[0] < white else 0.0
 
 

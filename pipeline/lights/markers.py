@@ -47,6 +47,8 @@ class Markers:
     # (N, 2, 2) of the centres that were fitted, NaN of others, and (N, 2) where all were before; None where none was
     covariances_px2: np.ndarray | None = None
     centroids_px: np.ndarray | None = None
+    # (N, 6) of those that were fitted, as dockpose.lights.likelihood has them, of a height of 0 of others
+    shapes: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.points_px)
@@ -61,7 +63,7 @@ class Markers:
         """The groups as a threshold shows them, before any of their centres was fitted."""
         if self.centroids_px is None:
             return self
-        return replace(self, points_px=self.centroids_px, covariances_px2=None, centroids_px=None)
+        return replace(self, points_px=self.centroids_px, covariances_px2=None, centroids_px=None, shapes=None)
 
     def part(self, chosen: np.ndarray) -> Markers:
         """Return the groups that are chosen by a flag (N,) for each."""
@@ -225,15 +227,17 @@ def with_fitted_centres(
     """Fit the centres of those chosen by a flag (N,) in a part of the picture (H, W), saturated from ``white`` on.
 
     ``middle_px`` is the lens's in the whole picture, and ``corner_px`` where the part begins. Unless enough are fitted,
-    all keep their centroids.
+    all keep their centroids. The shapes that the markers have are those to begin with.
     """
     reach, start = np.where(chosen, _reach(markers.boxes_px), 0), markers.points_px - corner_px
     middle, far_px = np.subtract(middle_px, corner_px), max(1.0, math.hypot(*middle_px))
-    found, covariances = fitted_centres(grey, start, reach, float(white), middle, far_px)
+    shapes = np.zeros((len(markers), 6)) if markers.shapes is None else markers.shapes.copy()
+    found, covariances = fitted_centres(grey, start, reach, float(white), middle, far_px, shapes)
     is_fitted = (found != start).any(axis=1)
     if is_fitted.sum() <= min(_ENOUGH_FITTED, chosen.sum() / 2):
         return markers
     unknown = chosen & ~np.isfinite(covariances).all(axis=(1, 2))  # but for being in their groups, as if in discs
     covariances[unknown] = markers.areas_px[unknown, None, None] / (4 * math.pi) * np.eye(2)
     points = np.where(chosen[:, None], found + corner_px, markers.points_px)
-    return replace(markers, points_px=points, covariances_px2=covariances, centroids_px=markers.points_px)
+    centroids_px = markers.points_px
+    return replace(markers, points_px=points, covariances_px2=covariances, centroids_px=centroids_px, shapes=shapes)

@@ -83,21 +83,19 @@ class StillGroups:
         self.masks: tuple[Mask, ...] = ()
         self._tracks: list[_Track] = []
         self._frame = 0
-        self._past: deque[tuple[np.ndarray, Mask | None]] = deque(maxlen=_FRAMES_AGO)
+        self._past: deque[np.ndarray] = deque(maxlen=_FRAMES_AGO)
         self._paths = Paths()
 
-    def see(self, markers: Markers | None, on_ring: np.ndarray | None, region: Mask | None = None) -> tuple[Mask, ...]:
+    def see(self, markers: Markers | None, on_ring: np.ndarray | None) -> tuple[Mask, ...]:
         """Take in the next frame and which of its groups (N,) are on the ring; return the masks that are new."""
         self._frame += 1
         if markers is None or len(markers) == 0:
             return ()
-        tracks, points_px = self._follow(markers, region), markers.points_px
-        self._past.append((points_px, region))
+        tracks, points_px = self._follow(markers), markers.points_px
+        self._past.append(points_px)
         if on_ring is None or not on_ring.any():
             on_ring = np.zeros(len(markers), dtype=bool)
-        ends = self._paths.ends_px().tolist()
-        searched = np.array([region is None or _is_inside(region, x, y) for x, y in ends], dtype=bool)
-        motion = self._paths.see(points_px, searched)
+        motion = self._paths.see(points_px)
         burnt_in = _left_behind(tracks, points_px, on_ring, motion)
         still = burnt_in | self._beside_dock(tracks, points_px, on_ring)
         if not still.any() and len(self.masks) < 2:
@@ -118,15 +116,12 @@ class StillGroups:
             track.is_dock |= is_light
             track.frames += is_apart
         still = np.array([not track.is_dock and track.frames >= LEAST_FRAMES for track in tracks]) & apart
-        if still.any() and not _has_moved(*self._past[0], points_px):
+        if still.any() and not _has_moved(self._past[0], points_px):
             still[:] = False
         return still
 
-    def _follow(self, markers: Markers, region: Mask | None) -> list[_Track]:
+    def _follow(self, markers: Markers) -> list[_Track]:
         """The track of each group; a group without one starts a new track."""
-        if region is not None:
-            for track in self._tracks:
-                track.last_frame += not _is_inside(region, *track.point_px)
         self._tracks = [track for track in self._tracks if self._frame - track.last_frame <= LEAST_FRAMES]
         known = list(self._tracks)
         followed = []
@@ -167,10 +162,8 @@ def _nearest(tracks: list[_Track], points_px: np.ndarray) -> list[int | None]:
     ]
 
 
-def _has_moved(before_px: np.ndarray, region: Mask | None, now_px: np.ndarray) -> bool:
-    """Whether enough of the points (N, 2) are far from all those (M, 2) found in a region before."""
-    if region is not None:
-        now_px = now_px[[_is_inside(region, x, y) for x, y in now_px.tolist()]]
+def _has_moved(before_px: np.ndarray, now_px: np.ndarray) -> bool:
+    """Whether enough of the points (N, 2) are far from all those (M, 2) that were found before."""
     distance, _ = _closest(now_px, before_px)
     return int(np.count_nonzero(distance > _MOVED_PX)) >= _LEAST_MOVED
 

@@ -35,18 +35,18 @@ class Paths:
     def __init__(self) -> None:
         self._paths: list[deque[complex]] = []
 
-    def see(self, points_px: np.ndarray, searched: np.ndarray) -> Motion | None:
-        """How the picture moved by the next groups (N, 2); ``searched``: which paths it could show."""
+    def see(self, points_px: np.ndarray) -> Motion | None:
+        """How the picture moved by the next groups (N, 2)."""
         if len(points_px) > _MOST:
             self._paths = []
             return None
         ends = self.ends_px()
-        kept = [path for path, was in zip(self._paths, searched.tolist(), strict=True) if not was]
+        kept: list[deque[complex]] = []
         free = np.ones(len(points_px), dtype=bool)
         if len(ends) and len(points_px):
             apart = distances(ends, points_px)
             nearest, back = apart.argmin(axis=1), apart.argmin(axis=0)
-            for number in np.flatnonzero(searched & (back[nearest] == np.arange(len(ends)))).tolist():
+            for number in np.flatnonzero(back[nearest] == np.arange(len(ends))).tolist():
                 point = nearest[number]
                 if apart[number, point] < _STRIDE_PX:
                     self._paths[number].append(complex(*points_px[point].tolist()))

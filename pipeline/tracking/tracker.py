@@ -15,8 +15,9 @@ from dockpose.lights.ellipse import Ellipse
 from dockpose.pose.circle import CirclePose
 from dockpose.settings import Settings
 from dockpose.tracking.chain import Command
+from dockpose.tracking.follow import period_s
 from dockpose.tracking.hypotheses import Hypotheses
-from dockpose.tracking.search import Search, period_s
+from dockpose.tracking.search import Search
 from dockpose.vehicle import Vehicle
 
 # Centroid errors depend on sub-pixel position and persist between frames, and so do those of lights out of place. So
@@ -24,7 +25,7 @@ from dockpose.vehicle import Vehicle
 WORTH, WORTH_AT_REST = 0.4, 0.07
 # What the JSON line of a picture that belongs to no sequence has in place of a track's.
 NO_TRACK = {"track": None, "predicted": None, "filtered": None, "smoothed": None}
-_RIVAL_FRAMES = 3  # a dock seen elsewhere for this many frames takes over the track
+_RIVAL_FRAMES = 2  # a dock seen elsewhere for this many frames, and the tracked one not, begins a new track
 
 
 @dataclass(frozen=True)
@@ -41,12 +42,15 @@ class Track:
         The dock was not seen in this frame, or not within reach; the pose is a prediction.
     lost : bool
         No dock is tracked: none has been seen yet, or not for too long.
+    number : int
+        Which track it is since the first frame, from 1; 0 where the dock is lost.
     """
 
     probability: float | None = None
     age: int = 0
     predicted: bool = False
     lost: bool = True
+    number: int = 0
 
 
 @dataclass(frozen=True)
@@ -104,7 +108,7 @@ class Tracked:
         found = self.estimate
         if self.pose is None or not self.track.predicted:
             return found.message
-        ahead = f"by the track the dock is {100 * self.pose.position_m[2]:.1f} cm ahead"
+        ahead = f"predicted by the track alone, the dock is {100 * self.pose.position_m[2]:.1f} cm ahead"
         if found.choice is None:
             return f"{found.message.rstrip('.')}; {ahead}."
         return f"The ring in this frame does not continue the track; {ahead}."
@@ -147,11 +151,9 @@ class Tracker:
         The dock to track.
     settings : Settings, optional
         How to search each frame, and the vehicle's top speeds.
-    use_region : bool
-        Let :meth:`see` search around the last ring first, which is faster, and the whole picture where that fails and
-        every 25 frames, see :class:`Search`. Results then depend on the previous frame (see :func:`estimate` for how
-        much). Without it each frame's estimate is that of :func:`estimate` alone, so frames can be estimated in any
-        order and by several processes, and then followed in sequence.
+    follow_lights : bool
+        Let :meth:`see` measure the lights where they must be by the frame before, and search where that fails and every
+        100 frames, see :class:`Search`. Without it each frame's estimate is that of :func:`estimate` alone.
 
     Notes
     -----
@@ -177,9 +179,10 @@ class Tracker:
     True
     """
 
-    def __init__(self, camera: Camera, dock: Dock, settings: Settings | None = None, *, use_region: bool = True):
+    def __init__(self, camera: Camera, dock: Dock, settings: Settings | None = None, *, follow_lights: bool = True):
         self.camera, self.dock, self.settings = camera, dock, settings or Settings()
-        self.use_region = use_region
+        self.follow_lights = follow_lights
+        self._tracks = 0  # that were begun
         self.reset()
 
     def reset(self) -> None:
@@ -189,13 +192,13 @@ class Tracker:
         self._elsewhere = 0  # frames in a row that show another dock and not this one
         self._time_s: float | None = None
         self._ring: Ellipse | None = None
-        self._search, self._frames = Search(self.camera, self.dock, self.settings), 0
+        self._search, self._frames = Search(self.camera, self.dock), 0
 
     def see(
         self, image: np.ndarray | str | os.PathLike[str], time_s: float | None = None, command: Command | None = None
     ) -> Tracked:
         """Search the next frame, as :func:`estimate` does, and update the track; ``command`` is known motion."""
-        if self.use_region:
+        if self.follow_lights:
             found = self._search.see(image, self._frames, time_s, self.settings)
         else:
             found = estimate(image, self.camera, self.dock, self.settings)
@@ -214,7 +217,8 @@ class Tracker:
         if before is None or before.gap_s > self.settings.lost_after_s or not ahead_m > 0:
             self._state, self._rival, self._elsewhere = Hypotheses.begin(found, self.settings, WORTH), None, 0
             step, self._ring = Step(before, self._state, self._worth(found.ellipse), elapsed_s), found.ellipse
-            return _reported(found, step)
+            self._tracks += self._state is not None
+            return _reported(found, step, self._tracks)
         after, worth, rings = None, 0.0, list(rings_of(found))
         for ring in sorted(rings, key=before.log_likelihood, reverse=True):
             if after is None and not (rival and rival.log_likelihood(ring) > before.log_likelihood(ring)):
@@ -226,7 +230,8 @@ class Tracker:
         self._elsewhere = self._elsewhere + 1 if elsewhere and after is None else 0
         if elsewhere and self._rival and self._elsewhere >= _RIVAL_FRAMES:
             found, self._state, self._rival = elsewhere, replace(self._rival, age=self._elsewhere), None
-        return _reported(found, Step(before, self._state, worth, elapsed_s))
+            self._tracks += 1
+        return _reported(found, Step(before, self._state, worth, elapsed_s), self._tracks)
 
     def _seen_elsewhere(self, rings: list[Estimate], rival: Hypotheses | None) -> Estimate | None:
         """Track another dock than the tracked one as well; the ring of it, if any of these rings is."""
@@ -250,7 +255,7 @@ class Tracker:
         return max(WORTH_AT_REST, WORTH * min(1.0, moved))
 
 
-def _reported(found: Estimate, step: Step) -> Tracked:
+def _reported(found: Estimate, step: Step, number: int) -> Tracked:
     """What is reported about a frame."""
     state = step.after
     if state is None:
@@ -259,9 +264,9 @@ def _reported(found: Estimate, step: Step) -> Tracked:
     selected = state.seen[chosen]
     filtered = CirclePose.at(state.chains[chosen].position_m, state.chains[chosen].normal, found.camera)
     if selected is None or found.choice is None:
-        track = Track(state.probability, state.age, predicted=True, lost=False)
+        track = Track(state.probability, state.age, predicted=True, lost=False, number=number)
         return Tracked(found, track, None, None, filtered, filtered, chosen, step)
-    track = Track(state.probability, state.age, predicted=False, lost=False)
+    track = Track(state.probability, state.age, predicted=False, lost=False, number=number)
     agrees = selected == found.choice.selected and (found.choice.decided or state.age == 1)
     by = found.choice.selected_by if agrees else "tracking"
     return Tracked(found, track, selected, by, found.candidates[selected], filtered, chosen, step)

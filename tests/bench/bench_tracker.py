@@ -163,7 +163,7 @@ def is_right(tracked: Tracked, normal: np.ndarray) -> bool:
 
 
 def open_loop(job: tuple[int, bool, bool]) -> Score:
-    """One approach, with a region of interest as in a live run."""
+    """One approach, followed as in a live run."""
     seed, large, exact = job
     dock, judge, tracker = FAR if large else NEAR, Judge(), None
     for frame in approach(seed, dock, exact=exact):

@@ -98,7 +98,7 @@ def test_memory_does_not_grow_with_length(tmp_path, pictures):
 def test_latency_of_a_live_stream(tmp_path, pictures, records):
     """From sending each frame to its result, without the first ten."""
     marked = [mark(picture, number) for number, picture in enumerate(pictures)]
-    tracker, took_ms = Tracker(CAMERA, DOCK, use_region=True), []
+    tracker, took_ms = Tracker(CAMERA, DOCK), []
     with MjpegServer(marked, RATE_HZ) as server, contextlib.closing(open_frames(server.address, grey=True)) as frames:
         assert isinstance(frames, Live)
         kept = record(frames, tmp_path / "kept.mkv", print) if records else None

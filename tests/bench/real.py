@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.bench import films
 from tests.bench.photographs import (
     CHALLENGE,
     FIVE,
@@ -30,6 +31,8 @@ from tests.bench.photographs import (
 )
 
 Figures = dict[str, float]
+FILMS = "films"
+_FILMS = ("tmdspl12", "five_water", "jens12", "candle24", "arc10_a", "pink24", "mat_yp35", "five_air_a")
 
 _EACH_OF_8 = ("clean", "halo", "saturated", "unequal", "cropped", "banding", "reflection", "bubbles", "text", "four")
 _EACH_OF_8 += ("haze", "four_misplaced", "five", "far", "centre")
@@ -50,6 +53,7 @@ GOALS: Figures = {
     "tank, sure and wrong": 0,
     "tank, false": 0,
     "% of sure answers wrong": 0.1,
+    **{f"films, {name} right": 59 for name in _FILMS},
 }
 REACHED: Figures = {
     "leds, N told, complete right": 11,
@@ -73,6 +77,7 @@ REACHED: Figures = {
     "challenge, none_lamps ok": 0,
     **{f"no dock, N {told or 'unknown'} ok": 0 for told in TOLD_OF_NO_DOCK},
     "% of sure answers wrong": 3.1,
+    **{f"films, {name} right": 56 if name == "jens12" else 59 for name in _FILMS},
 }
 
 
@@ -81,7 +86,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.bench.real", description=__doc__)
     parser.add_argument("data", nargs="?", type=Path, default=Path("../shared/data"), help="folder of the sets")
     parser.add_argument("--processes", type=int, default=2, metavar="N", help="worker processes (default: 2)")
-    parser.add_argument("--only", action="append", choices=SETS, help="this set alone; may be given several times")
+    parser.add_argument(
+        "--only", action="append", choices=(*SETS, FILMS), help="this set alone; may be given several times"
+    )
     parser.add_argument(
         "--altered", type=int, metavar="N", help="score N alterations of each photograph of lamps alone"
     )
@@ -93,14 +100,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"{options.data} is not there: no real pictures were scored.")
         return 0
     start_s = time.monotonic()
-    todo = list(jobs(options.data, options.only or SETS))
+    only = options.only or (*SETS, FILMS)
+    todo = list(jobs(options.data, [name for name in only if name != FILMS]))
     if options.quick:
         todo = [one for one in todo if one.set != NO_DOCK and not (one.set == LEDS and one.told is None)]
     if options.altered:
         todo = [replace(one, altered=n) for one in todo if one.set == LEDS for n in range(options.altered + 1)]
     with ProcessPoolExecutor(options.processes, get_context("spawn")) as pool:
         results = list(pool.map(run, todo, chunksize=4))
-    figures = report_altered(results) if options.altered else report(results)
+        of_films = films.report(options.data, pool) if FILMS in only and not (options.altered or options.quick) else {}
+    figures = of_films | (report_altered(results) if options.altered else report(results))
     print(f"\n{len(results)} estimates in {(time.monotonic() - start_s) / 60:.1f} minutes")
     if options.compare is not None:
         compare(results, json.loads(options.compare.read_text("utf-8")))

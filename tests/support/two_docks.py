@@ -48,9 +48,9 @@ def run(seed, kind, frames, leaves):
         yield drawn(docks, [seed, frame]), first
 
 
-def follow(seed, kind, frames=12, leaves=None, *, use_region=False):
+def follow(seed, kind, frames=12, leaves=None, *, follow_lights=False):
     """What the tracker makes of such a run, frame by frame, and how far it is off the first dock."""
-    tracker = Tracker(CAMERA, UNKNOWN if kind == "more lights" else DOCK, use_region=use_region)
+    tracker = Tracker(CAMERA, UNKNOWN if kind == "more lights" else DOCK, follow_lights=follow_lights)
     for frame, (image, first_m) in enumerate(run(seed, kind, frames, leaves)):
         tracked = tracker.see(image, 0.1 * frame)
         off_m = np.inf if tracked.pose is None else float(np.linalg.norm(tracked.pose.position_m - first_m))

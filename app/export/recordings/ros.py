@@ -3,7 +3,7 @@
 import contextlib
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, BinaryIO, cast
@@ -128,13 +128,14 @@ def _diagnostics(seen: Seen) -> dict[str, Any]:
         "selected_by": None if found.choice is None else found.choice.selected_by,
         "probability": None if pose is None else pose.probability,
         "detection": found.detection,
+        "found_by": found.found_by,
         "sigma_z_m": None if alone is None else alone[2],  # of this picture by itself
         "sigma_total_z_m": None if total is None else total[2],  # and with what all pictures share
         "lights_on_ring": found.lights_on_ring,
         "level": None if found.threshold is None else found.threshold.level,
     }
     if track is not None:
-        values |= {f"track_{name}": getattr(track, name) for name in ("probability", "age", "predicted", "lost")}
+        values |= {f"track_{name}": value for name, value in asdict(track).items()}
     texts = [{"key": key, "value": _as_text(value)} for key, value in values.items()]
     return status_of(_LEVELS[trust.colour], f"{found.message} {trust.sentence}", seen.source, texts)
 

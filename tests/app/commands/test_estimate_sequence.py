@@ -82,7 +82,7 @@ def test_video_course_and_pictures_at_a_rate_give_the_same_tracked_lines(here, j
     assert {line["source"] for line in video} == {"film.avi"}
     assert {line["sha256"] for line in video} == {None}
     assert [line["track"]["age"] for line in video] == list(range(1, FRAMES + 1))
-    assert set(video[0]["track"]) == {"probability", "age", "predicted", "lost"}
+    assert set(video[0]["track"]) == {"probability", "age", "predicted", "lost", "number"}
     assert without_times(found["scene.yaml"]) == without_times(video)
     assert without_times(found["pictures"]) == without_times(video)
     assert [line["time_s"] for line in found["pictures"]] == pytest.approx(np.arange(FRAMES) / 20)

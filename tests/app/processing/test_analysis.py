@@ -72,7 +72,7 @@ def test_oldest_frames_go():
 
 
 def test_what_the_frames_before_chose_is_chosen_again():
-    tracker, chosen_by = Tracker(CAMERA, DOCK, use_region=False), set()
+    tracker, chosen_by = Tracker(CAMERA, DOCK, follow_lights=False), set()
     for index in range(6):
         pose = Pose(position_m=(0.05, 0.02, 6.0 - 0.3 * index), theta_x_deg=4.0, theta_y_deg=-5.0)
         image = render(Scene(camera=CAMERA, dock=DOCK, pose=pose, seed=index))[0]

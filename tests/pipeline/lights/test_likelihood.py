@@ -12,13 +12,18 @@ LENS = np.array([30.0, 30.0]), 42.0
 Y, X = np.mgrid[:61, :61].astype(float)
 
 
+def centres_of(grey, points, *about):
+    """Centres and covariances, of lights of which no shape is known."""
+    return fitted_centres(grey, points, *about, np.zeros((len(points), 6)))
+
+
 def spot(width_px: float = 2.5, height: float = 160.0) -> np.ndarray:
     return height * np.exp(-((X - TRUTH[0, 0]) ** 2 + (Y - TRUTH[0, 1]) ** 2) / (2 * width_px**2))
 
 
 def fitted(picture: np.ndarray, reach: int = 12) -> tuple[np.ndarray, np.ndarray]:
     grey = np.clip(np.rint(picture), 0, 255).astype(np.uint8)
-    return fitted_centres(grey, ROUGH, np.array([reach]), 250.0, *LENS)
+    return centres_of(grey, ROUGH, np.array([reach]), 250.0, *LENS)
 
 
 @pytest.mark.parametrize("width", [0.8, 1.5, 2.5])
@@ -48,15 +53,15 @@ def test_sloping_water_does_not_move_it(slope):
 
 def test_a_cut_lamp_has_a_larger_variance():
     grey = np.clip(np.rint(20 + spot()), 0, 255).astype(np.uint8)
-    whole = fitted_centres(grey, ROUGH, REACH, 250.0, *LENS)[1]
-    centres, cut = fitted_centres(np.ascontiguousarray(grey[:, :33]), ROUGH, REACH, 250.0, *LENS)
+    whole = centres_of(grey, ROUGH, REACH, 250.0, *LENS)[1]
+    centres, cut = centres_of(np.ascontiguousarray(grey[:, :33]), ROUGH, REACH, 250.0, *LENS)
     assert cut[0, 0, 0] > 1.3 * whole[0, 0, 0] or np.isnan(cut[0, 0, 0])
     assert abs(centres[0, 0] - TRUTH[0, 0]) < 0.6
 
 
 @pytest.mark.parametrize("grey", [np.zeros((61, 61), np.uint8), np.full((61, 61), 255, np.uint8)])
 def test_what_is_no_light_keeps_its_place_and_has_no_covariance(grey):
-    centres, covariances = fitted_centres(grey, ROUGH, REACH, 250.0, *LENS)
+    centres, covariances = centres_of(grey, ROUGH, REACH, 250.0, *LENS)
     np.testing.assert_array_equal(centres, ROUGH)
     assert np.isnan(covariances).all()
 
@@ -107,7 +112,7 @@ def test_a_large_lamp_is_fitted_in_squares(radius_px):
     off = radius_px - np.hypot(x - truth[0], y - truth[1])
     share = np.vectorize(lambda step: 0.5 * (1 + math.erf(step / math.sqrt(2))))(off)
     grey = np.clip(np.rint(20 + 160 * share + rng.normal(0, 2, x.shape)), 0, 255).astype(np.uint8)
-    centres, covariances = fitted_centres(grey, np.rint(truth)[None], np.array([2 * radius_px]), 250.0, *LENS)
+    centres, covariances = centres_of(grey, np.rint(truth)[None], np.array([2 * radius_px]), 250.0, *LENS)
     # Around an edge of slope 160 / sqrt(2 pi), in noise s of 2 levels, s^2 over the integral of the squared slope along
     # x, which is sqrt(pi) R h^2 / 2; squares of three pixels lose less than half of it.
     bound = 2.0**2 * 2 / (math.sqrt(math.pi) * radius_px * 160**2)
@@ -153,7 +158,7 @@ def test_vignetting_pulls_no_centre_inwards():
     start, reach, of_lens = np.rint(lamps + middle), np.full(10, 8), np.array([middle, middle])
 
     def outwards_px(far_px: float) -> float:
-        centres, _ = fitted_centres(grey, start, reach, 250.0, of_lens, far_px)
+        centres, _ = centres_of(grey, start, reach, 250.0, of_lens, far_px)
         return float(((centres - middle - lamps) * lamps / 80).sum(axis=1).mean())
 
     # Each centre is known to some 0.004 px, their mean to 0.0015. As if the corners were far, nothing is darker there.
@@ -163,6 +168,17 @@ def test_vignetting_pulls_no_centre_inwards():
 
 def test_a_place_outside_the_picture_has_no_light():
     grey = np.clip(np.rint(20 + spot()), 0, 255).astype(np.uint8)
-    centres, covariances = fitted_centres(grey, np.array([[-15.0, 30.0], [30.0, 90.0]]), np.full(2, 12), 250.0, *LENS)
+    centres, covariances = centres_of(grey, np.array([[-15.0, 30.0], [30.0, 90.0]]), np.full(2, 12), 250.0, *LENS)
     np.testing.assert_array_equal(centres, [[-15, 30], [30, 90]])
     assert np.isnan(covariances).all()
+
+
+def test_a_fit_that_begins_with_the_light_of_the_frame_before_ends_where_one_that_begins_anew_does():
+    grey = np.clip(np.rint(spot() + 20), 0, 255).astype(np.uint8)
+    shapes = np.zeros((1, 6))
+    anew, covariance = fitted_centres(grey, ROUGH, REACH, 250.0, *LENS, shapes)
+    assert shapes[0, 0] > 100
+    shapes[0, 1:3] *= 1.1  # it has come nearer since
+    again, same = fitted_centres(grey, ROUGH, REACH, 250.0, *LENS, shapes)
+    np.testing.assert_allclose(again, anew, atol=0.2 * np.sqrt(covariance[0, 0, 0]))
+    np.testing.assert_allclose(same, covariance, rtol=0.1, atol=1e-8)

@@ -6,6 +6,11 @@ from dockpose.lights.markers import find_markers, grey_centres
 from dockpose.thresholds import fixed, histogram_of
 
 
+def centres_of(grey, points, *about):
+    """Centres and covariances, of lights of which no shape is known."""
+    return fitted_centres(grey, points, *about, np.zeros((len(points), 6)))
+
+
 def markers_at(image: np.ndarray, level: int, min_area_px: int = 1, centroid: str = "grey"):
     histogram = histogram_of(image)
     return find_markers(image, histogram, fixed(histogram, level), min_area_px, centroid)
@@ -181,9 +186,7 @@ def test_a_lamp_that_is_brighter_on_one_side_is_centred_by_its_outline_at_every_
     y, x = np.mgrid[:81, :81].astype(float)
     lamp = 120 * (1 + 0.01 * (x - 40.3)) / (1 + np.exp(3 * (np.hypot(x - 40.3, y - 39.8) - 11.3)))
     grey = np.rint(step * (20 + lamp)).astype(depth)
-    found, _ = fitted_centres(
-        grey, np.array([[40.0, 40.0]]), np.array([25]), 250.0 * step, np.array([40.0, 40.0]), 57.0
-    )
+    found, _ = centres_of(grey, np.array([[40.0, 40.0]]), np.array([25]), 250.0 * step, np.array([40.0, 40.0]), 57.0)
     np.testing.assert_allclose(found, [[40.3, 39.8]], atol=0.02)
 
 

@@ -323,15 +323,3 @@ def test_a_dock_that_hovers_on_the_spot_in_snow_is_not_masked():
 def test_a_sequence_that_stands_still_masks_nothing():
     masks, _ = filmed(Hover(frames=12, drift_m=0.0, drift_deg=0.0), texts=TEXTS)
     assert masks == ()
-
-
-def test_where_nobody_looked_a_group_stays_put():
-    # Around the dock every frame is searched, elsewhere, where the text is, every fifth.
-    still, masked_from = StillGroups(), None
-    for number in range(60):
-        whole = number % 5 == 0
-        markers, on_ring = groups(moving(number), TEXT_PX if whole else np.empty((0, 2)))
-        if still.see(markers, on_ring, None if whole else (100.0, 60.0, 400.0, 200.0)) and masked_from is None:
-            masked_from = number
-    assert masked_from == 5 * (LEAST_FRAMES - 1)
-    assert still.masks == ((13.0, 8.0, 39.0, 15.0),)

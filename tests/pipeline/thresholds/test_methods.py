@@ -215,9 +215,7 @@ def test_an_estimate_by_a_level_and_by_a_mask_of_ones_own():
     fixed = estimate(image, CAMERA, DOCK, Settings(method="fixed", level=level))
     with registered(by_level=("By level", lambda grey: level), by_mask=("By mask", lambda grey: grey >= level)):
         found = [estimate(image, CAMERA, DOCK, Settings(method=name)) for name in ("by_level", "by_mask")]
-        # Of a region the function gets that part alone, and what it keeps is in the pixels of the whole.
-        region = estimate(image, CAMERA, DOCK, Settings(method="by_mask"), region=(100, 60, 500, 400))
-    for one in (*found, region):
+    for one in found:
         assert one.status == "ok"
         assert one.lights_on_ring == fixed.lights_on_ring
         assert one.selected is not None

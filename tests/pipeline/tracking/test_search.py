@@ -3,62 +3,98 @@
 
 import numpy as np
 import pytest
-from dockpose import Settings, estimate
-from dockpose.simulate import Approach, FilmPlan, film
+from dockpose import Dock, DockRing, Settings, estimate
+from dockpose.simulate import Approach, FilmPlan, Lights, Pose, Scene, film, render
 from dockpose.tracking.search import BLOCK, Search
 
 from tests.support.scenes import CAMERA, DOCK, random_scene
 
-FRAMES = 2 * BLOCK + 5
+FIRST = BLOCK - 8  # so that a few frames reach over the end of a block
 
 
 @pytest.fixture(scope="module")
 def course():
     scene = random_scene(3, position_m=(0.05, 0.0, 3.6))
-    motion = Approach(frames=FRAMES, start_m=4.4, end_m=3.6, drift_m=0.02)
+    motion = Approach(frames=16, start_m=4.0, end_m=3.6, drift_m=0.02)
     return list(film(FilmPlan(scene=scene, motion=motion)))
 
 
-def searched(course, start=0, stop=FRAMES, whole_first=0, search=None):
-    search = search or Search(CAMERA, DOCK, Settings(), whole_first=whole_first)
-    return [search.see(frame.image, frame.number - 1, frame.time_s, Settings()) for frame in course[start:stop]]
+def seen(course, start=0, stop=None, settings=Settings()):  # noqa: B008
+    search = Search(CAMERA, DOCK)
+    return [
+        search.see(frame.image, FIRST + number, frame.time_s, settings)
+        for number, frame in list(enumerate(course))[start:stop]
+    ]
 
 
 def plain(found):
     return found.to_dict() | {"elapsed_ms": 0}
 
 
-@pytest.mark.slow
-def test_a_region_finds_what_the_whole_picture_shows(course):
-    found = searched(course)
-    assert [index for index, each in enumerate(found) if each.region is None] == [0, BLOCK, 2 * BLOCK]
+def test_the_first_frame_and_each_hundredth_are_searched_and_all_others_followed(course):
+    found = seen(course)
+    by = ["search" if number in (0, BLOCK - FIRST) else "following" for number in range(len(course))]
+    assert [each.found_by for each in found] == by
     for frame, each in zip(course, found, strict=True):
-        whole = estimate(frame.image, CAMERA, DOCK)
-        np.testing.assert_allclose(each.selected.position_m, whole.selected.position_m, atol=1e-3)
-        assert each.lights_on_ring == whole.lights_on_ring
+        alone = estimate(frame.image, CAMERA, DOCK)
+        assert each.lights_on_ring == alone.lights_on_ring
+        np.testing.assert_allclose(each.selected.position_m, alone.selected.position_m, atol=1e-3)
+        np.testing.assert_allclose(each.selected.sigma_position_m, alone.selected.sigma_position_m, rtol=0.5)
 
 
-def test_blocks_are_searched_alike_in_any_order(course):
-    one_by_one = [plain(found) for found in searched(course)]
-    second = [plain(found) for found in searched(course, BLOCK)]
-    assert [plain(found) for found in searched(course, 0, BLOCK)] + second == one_by_one
+def test_centres_are_those_of_a_searched_picture(course):
+    for frame, each in zip(course, seen(course), strict=True):
+        alone = estimate(frame.image, CAMERA, DOCK)
+        own, others = (one.markers.points_px[one.ring.on_ring] for one in (each, alone))
+        apart = np.linalg.norm(own[:, None] - others[None], axis=2).min(axis=1)
+        assert apart.max() < 0.05
 
 
-def test_within_a_block_it_goes_on_from_the_frame_before(course):
-    found = searched(course, 0, 12)
-    search = Search(CAMERA, DOCK, Settings())
-    search.remember(found[6], 6, course[6].time_s)
-    assert [plain(each) for each in searched(course, 7, 12, search=search)] == [plain(each) for each in found[7:]]
+def test_blocks_are_found_alike_in_any_order(course):
+    border = BLOCK - FIRST
+    second = [plain(found) for found in seen(course, border)]
+    assert [plain(found) for found in seen(course, 0, border)] + second == [plain(found) for found in seen(course)]
 
 
-def test_the_first_frames_are_searched_as_a_whole_where_that_is_asked(course):
-    found = searched(course, 0, 8, whole_first=5)
-    assert [each.region is None for each in found] == [True] * 5 + [False] * 3
+def test_what_is_lost_is_searched_and_after_a_dark_frame_followed_again(course):
+    search = Search(CAMERA, DOCK)
+    for number in range(2):
+        search.see(course[number].image, number, course[number].time_s, Settings())
+    dark = search.see(np.full((480, 640), 20, np.uint8), 2, course[2].time_s, Settings())
+    assert (dark.status, dark.found_by) == ("no_lights", "search")
+    assert search.see(course[3].image, 3, course[3].time_s, Settings()).found_by == "following"
 
 
-def test_the_whole_picture_is_searched_where_a_region_shows_no_dock(course):
-    search = Search(CAMERA, DOCK, Settings())
-    searched(course, 0, 3, search=search)
-    dark = search.see(np.full((480, 640), 20, np.uint8), 3, course[3].time_s, Settings())
-    assert (dark.status, dark.region) == ("no_lights", None)
-    assert search.see(course[4].image, 4, course[4].time_s, Settings()).region is None
+def test_other_settings_are_a_reason_to_search(course):
+    search = Search(CAMERA, DOCK)
+    search.see(course[0].image, 0, 0.0, Settings())
+    other = Settings(masks=((0.0, 0.0, 5.0, 5.0),))
+    assert search.see(course[1].image, 1, 0.1, other).found_by == "search"
+
+
+def test_a_dock_of_several_rings_is_followed_by_all_of_them():
+    rings = DockRing(name="far", diameter=0.9, lights=12), DockRing(name="near", diameter=0.16, lights=6)
+    dock, search = Dock(rings=rings), Search(CAMERA, Dock(rings=rings))
+    for number in range(4):
+        place = (0.05, 0.02, 2.5 - 0.05 * number)
+        pose = Pose(position_m=place, theta_y_deg=12.0)
+        image, _ = render(Scene(camera=CAMERA, dock=dock, pose=pose, lights=Lights(level=1500.0), seed=number))
+        found = search.see(image, number, 0.1 * number, Settings())
+        assert found.found_by == ("search" if number == 0 else "following")
+        assert {*found.rings} == {"far", "near"}
+        np.testing.assert_allclose(found.selected.position_m, place, atol=0.01)
+
+
+def test_of_a_live_source_another_ring_is_noticed_beside_following(course, monkeypatch):
+    monkeypatch.setattr("dockpose.tracking.search._BESIDE_S", 0.0)
+    search = Search(CAMERA, DOCK, is_live=True)
+    for number in range(3):
+        found = search.see(course[number].image, number, course[number].time_s, Settings())
+        if search._beside is not None:  # pyright: ignore[reportPrivateUsage]
+            search._beside.join()  # pyright: ignore[reportPrivateUsage]
+    assert found.found_by == "following"
+    elsewhere = estimate(render(random_scene(5, position_m=(-0.3, 0.1, 1.5)))[0], CAMERA, DOCK)
+    monkeypatch.setattr("dockpose.tracking.search.estimate", lambda *arguments: elsewhere)
+    search.see(course[3].image, 3, course[3].time_s, Settings())
+    search._beside.join()  # pyright: ignore[reportPrivateUsage]
+    assert search.see(course[4].image, 4, course[4].time_s, Settings()) is elsewhere

@@ -47,14 +47,14 @@ class Search:
             return followed.found
         found = estimate(image, self._camera, self._dock, settings)
         self._searched_s = time.monotonic()
-        begun = begin(found, image, time_s)
+        begun = begin(found, image, time_s) if _is_plain(image) else None
         is_gone = last is not None and period_s(last.time_s, time_s) > settings.lost_after_s
         self._last = begun or (None if is_gone else last)
         return found
 
     def _followed(self, image: Any, last: Sighting, time_s: float | None, settings: Settings) -> Sighting | str:
         before = last.found
-        if not isinstance(image, np.ndarray) or isinstance(image, np.ma.MaskedArray):
+        if not _is_plain(image):
             return "the picture is no plain array"
         if before.settings != settings or image.shape[:2] != (before.height, before.width):
             return "settings or size have changed"
@@ -72,6 +72,11 @@ class Search:
     def _compare(self, image: np.ndarray, followed: Estimate) -> None:
         found = estimate(image, self._camera, self._dock, followed.settings)
         self._is_another = found.status == "ok" and not _is_same(found, followed)
+
+
+def _is_plain(image: Any) -> bool:
+    """Whether a picture is an array all of which counts."""
+    return isinstance(image, np.ndarray) and not isinstance(image, np.ma.MaskedArray)
 
 
 def _is_same(found: Estimate, followed: Estimate) -> bool:

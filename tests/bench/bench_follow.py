@@ -1,6 +1,6 @@
 """Following through what films bring: shakes, stops, darkness, occlusion, other docks; drawn, with their truth."""
 
-# pyright: reportOptionalMemberAccess=false, reportOptionalSubscript=false
+# pyright: reportOptionalMemberAccess=false, reportOptionalSubscript=false, reportPossiblyUnboundVariable=false
 
 import math
 import re

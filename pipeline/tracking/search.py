@@ -9,11 +9,13 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.estimate import Estimate, estimate
+from dockpose.pose.choice import DECIDED
 from dockpose.settings import Settings
 from dockpose.tracking.follow import follow, period_s
 from dockpose.tracking.sighting import Sighting, begin
 
 BLOCK = 100  # frames; the first of each block is searched
+_AGAIN = 10  # frames; the first of these is searched as well where a ring that is followed may be no dock
 _BESIDE_S = 1.0  # between two searches beside following, of a live source
 _SAME = 0.2  # of the ring's radius, within which the centres of two are one
 
@@ -39,6 +41,11 @@ class Search:
         self._index = index
         if self._is_another:
             last, self._is_another = None, False
+        if last is not None and index % _AGAIN == 0 and (last.found.detection or 0.0) < DECIDED:
+            found = estimate(image, self._camera, self._dock, settings)
+            if (found.detection or 0.0) > (last.found.detection or 0.0):
+                self._last = begin(found, image, time_s) if _is_plain(image) else None
+                return found
         followed = None if last is None else self._followed(image, last, time_s, settings)
         if isinstance(followed, Sighting):
             self._last = followed

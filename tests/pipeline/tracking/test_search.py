@@ -1,6 +1,8 @@
 # A None where a value is expected fails the test, which is what it should do.
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false, reportCallIssue=false
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from dockpose import Dock, DockRing, Settings, estimate
@@ -99,6 +101,19 @@ def test_of_a_live_source_another_ring_is_noticed_beside_following(course, monke
     search.see(course[3].image, 3, course[3].time_s, Settings())
     search._beside.join()  # pyright: ignore[reportPrivateUsage]
     assert search.see(course[4].image, 4, course[4].time_s, Settings()) is elsewhere
+
+
+def test_a_ring_that_may_be_no_dock_is_searched_again_until_it_is_sure(course, monkeypatch):
+    search, unsure = Search(CAMERA, DOCK), replace(estimate(course[0].image, CAMERA, DOCK), detection=0.6)
+    monkeypatch.setattr("dockpose.tracking.search.estimate", lambda *arguments: unsure)
+    search.see(course[0].image, 7, course[0].time_s, Settings())
+    followed = [search.see(course[k].image, 7 + k, course[k].time_s, Settings()) for k in (1, 2, 3)]
+    assert [each.found_by for each in followed] == ["following"] * 3
+    assert max(each.detection for each in followed) <= 0.6
+    monkeypatch.undo()
+    search.see(course[4].image, 11, course[4].time_s, Settings())
+    again = search.see(course[5].image, 20, course[5].time_s, Settings())
+    assert (again.found_by, again.detection > 0.95) == ("search", True)
 
 
 @pytest.mark.parametrize("kind", ["colour", "16 bits", "float", "masked"])

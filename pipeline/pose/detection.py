@@ -92,12 +92,10 @@ def why_no_dock(
     """Return why the lights of a ring are not the dock's, as a sentence; None where they are."""
     count = int(ring.on_ring.sum())
     pose = choice.candidates[choice.selected]
-    rms_px, most = pose.rms_px or 0.0, max(_MOST_PX, _TAIL * math.sqrt(2) * BUILT_WITHIN * ellipse.semi_axes_px[0])
-    # Of few lights the poses' fit says nothing on their spacing; where they coincide it need not.
-    fits_anyway = choice.coincide and count < MIN_POINTS
-    is_spaced = dock.lights is None or choice.selected_by != "none" or fits_anyway
+    rms_px, is_spaced = pose.rms_px or 0.0, _is_spaced(count, choice, dock)
     may_be_chance = log_chance > math.log(ACCEPTED)
-    if not is_spaced or rms_px > most or (may_be_chance and count == dock.lights == len(markers)):
+    is_whole = count == dock.lights == len(markers)
+    if not can_be_dock(count, ellipse, choice, dock) or (may_be_chance and is_whole):
         x_m, y_m = _on_plane(markers, pose, camera, dock)[ring.on_ring].T
         angles = np.degrees(np.arctan2(y_m, x_m))
         where = f"{rms_px:.1f} px off the dock's" if is_spaced else "not spaced as the dock's lights are"
@@ -107,6 +105,18 @@ def why_no_dock(
         among = f"among {others} other{'' if others == 1 else 's'} " if others else ""
         return f"{count} groups {among}lie on a ring, but so inexactly, {rms_px:.1f} px, that it may be chance."
     return None
+
+
+def can_be_dock(count: int, ellipse: Ellipse, choice: Choice, dock: Dock) -> bool:
+    """Whether so many lights are spaced as the dock's, and near enough to their places on the selected pose."""
+    most_px = max(_MOST_PX, _TAIL * math.sqrt(2) * BUILT_WITHIN * ellipse.semi_axes_px[0])
+    return _is_spaced(count, choice, dock) and (choice.candidates[choice.selected].rms_px or 0.0) <= most_px
+
+
+def _is_spaced(count: int, choice: Choice, dock: Dock) -> bool:
+    """Whether so many lights are spaced as the dock's, as far as that tells."""
+    # Of few lights the poses' fit says nothing on their spacing; where they coincide it need not.
+    return dock.lights is None or choice.selected_by != "none" or (choice.coincide and count < MIN_POINTS)
 
 
 def why_no_lights(
@@ -222,7 +232,7 @@ def _as_bright_between(lights: np.ndarray, gaps_rad: np.ndarray) -> bool:
         return True
     if len(shares) % 2 or len(shares) < _FEWEST_ENDS or gaps_rad.max() > _IN_PAIRS * gaps_rad.min():
         return False
-    dark, bright = sorted((shares[::2], shares[1::2]), key=np.median)
+    dark, bright = sorted((shares[::2], shares[1::2]), key=lambda half: statistics.median(half.tolist()))
     return bool(bright.min() > max(_STRIP, dark.max() + _GAP))
 
 

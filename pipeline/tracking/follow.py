@@ -40,8 +40,8 @@ def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | No
     """Measure the next frame's lights, and judge them as those of a searched picture; or say why they are lost."""
     start, settings = time.perf_counter(), last.found.settings
     elapsed_s = period_s(last.time_s, time_s)
-    expected_px = last.points_px + elapsed_s * last.speeds_px
-    reach_px = _moves_px(last, settings, elapsed_s)
+    reach_px, step_px = _moves_px(last, settings, elapsed_s), elapsed_s * last.speeds_px
+    expected_px = last.points_px + (step_px if np.abs(step_px).max() < reach_px else 0.0)
     halves = last.halves_px
     margin = reach_px + 3 * float(halves.max()) + 8
     corners = np.concatenate([last.points_px, expected_px])
@@ -177,6 +177,7 @@ def _judged(
         picture=None,
     )
     found = own if not last.found.rings else joined_with(own, last.found.rings[0], last.found.dock)
+    speeds_px = (next_px - last.points_px) / elapsed_s
     next_px = next_px.copy()
     next_px[chosen] = stages["markers"].points_px
     next_px = _with_missing(next_px, missing_px(own), ~seen & (last.of_ring == 0))
@@ -186,7 +187,7 @@ def _judged(
         own=own,
         time_s=time_s,
         points_px=next_px,
-        speeds_px=(next_px - last.points_px) / elapsed_s,
+        speeds_px=speeds_px,
         heights=np.where(
             seen, spots.heights, last.heights * statistics.median((spots.heights[seen] / last.heights[seen]).tolist())
         ),

@@ -9,7 +9,7 @@ import numpy as np
 from dockpose.estimate import Estimate
 from dockpose.lights.ellipse import MIN_POINTS
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.detection import why_no_dock
+from dockpose.pose.detection import can_be_dock
 from dockpose.settings import Settings
 from dockpose.tracking.chain import Chain, Command, reach_m
 
@@ -183,12 +183,10 @@ def _log_odds(found: Estimate, worth: float) -> float:
 
 def _can_be_dock(found: Estimate, index: int) -> bool:
     """Whether the lights lie near enough to their places on a candidate."""
-    if found.ring is None or found.markers is None or found.ellipse is None or found.choice is None:
-        return True
     own = found.of_ring or found
-    assert own.choice is not None
-    choice, camera, dock = replace(own.choice, selected=index), own.camera, own.dock
-    return why_no_dock(found.ring, found.markers, found.ellipse, choice, camera, dock, -math.inf) is None
+    if found.ellipse is None or own.choice is None or found.lights_on_ring is None:
+        return True
+    return can_be_dock(found.lights_on_ring, found.ellipse, replace(own.choice, selected=index), own.dock)
 
 
 def _logistic(log_odds: float) -> float:

@@ -9,11 +9,13 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.estimate import Estimate, estimate
+from dockpose.pose.choice import DECIDED
 from dockpose.settings import Settings
 from dockpose.tracking.follow import follow, period_s
 from dockpose.tracking.sighting import Sighting, begin
 
 BLOCK = 100  # frames; the first of each block is searched
+_AGAIN = 10  # frames; the first of these is searched as well where a ring that is followed may be no dock
 _BESIDE_S = 1.0  # between two searches beside following, of a live source
 _SAME = 0.2  # of the ring's radius, within which the centres of two are one
 
@@ -39,6 +41,11 @@ class Search:
         self._index = index
         if self._is_another:
             last, self._is_another = None, False
+        if last is not None and index % _AGAIN == 0 and (last.found.detection or 0.0) < DECIDED:
+            found = estimate(image, self._camera, self._dock, settings)
+            if (found.detection or 0.0) > (last.found.detection or 0.0):
+                self._last = begin(found, image, time_s) if _is_plain(image) else None
+                return found
         followed = None if last is None else self._followed(image, last, time_s, settings)
         if isinstance(followed, Sighting):
             self._last = followed
@@ -47,14 +54,14 @@ class Search:
             return followed.found
         found = estimate(image, self._camera, self._dock, settings)
         self._searched_s = time.monotonic()
-        begun = begin(found, image, time_s)
+        begun = begin(found, image, time_s) if _is_plain(image) else None
         is_gone = last is not None and period_s(last.time_s, time_s) > settings.lost_after_s
         self._last = begun or (None if is_gone else last)
         return found
 
     def _followed(self, image: Any, last: Sighting, time_s: float | None, settings: Settings) -> Sighting | str:
         before = last.found
-        if not isinstance(image, np.ndarray) or isinstance(image, np.ma.MaskedArray):
+        if not _is_plain(image):
             return "the picture is no plain array"
         if before.settings != settings or image.shape[:2] != (before.height, before.width):
             return "settings or size have changed"
@@ -72,6 +79,11 @@ class Search:
     def _compare(self, image: np.ndarray, followed: Estimate) -> None:
         found = estimate(image, self._camera, self._dock, followed.settings)
         self._is_another = found.status == "ok" and not _is_same(found, followed)
+
+
+def _is_plain(image: Any) -> bool:
+    """Whether a picture is an array all of which counts."""
+    return isinstance(image, np.ndarray) and not isinstance(image, np.ma.MaskedArray)
 
 
 def _is_same(found: Estimate, followed: Estimate) -> bool:

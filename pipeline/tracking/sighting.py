@@ -11,8 +11,9 @@ import numpy as np
 from dockpose.estimate.flow import picture_in
 from dockpose.estimate.result import Estimate
 from dockpose.estimate.rings import lights_of_all
-from dockpose.lights.windows import spots_in_windows
+from dockpose.lights.windows import Spots, spots_in_windows
 
+_FARTHEST_PX = 1e5  # from the picture's corner, where a light behind the camera may seem to be
 LEAST_LIGHTS = 4  # that are followed
 _LARGEST_LIGHT_PX = 80.0  # half a light's side, beyond which its window does not grow, for time
 _ODD_SPAN = 5.0  # times as large or as small as the middle one of the ring, as no lamp of one kind is
@@ -68,14 +69,13 @@ def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting 
     points_px, boxes = markers.points_px[members], markers.boxes_px[members]
     sizes, areas = (boxes[:, 2:] - boxes[:, :2] + 1).astype(float), markers.areas_px[members].astype(float)
     picture = picture_in(image, found.camera, found.settings, in_white=found.in_white)
-    sides, spots = sizes.max(axis=1), None
-    for _ in range(2):  # the level of the search may be higher than half of a light's height
-        halves = np.clip(sides / 2, 1.0, _LARGEST_LIGHT_PX)
-        spots = spots_in_windows(picture.light[0], points_px, np.ceil(halves), reach_px_of(halves))
-        sides = np.fmax(sides, (spots.boxes_px[:, 2:] - spots.boxes_px[:, :2]).max(axis=1) + 1)
+    sides = sizes.max(axis=1)
+    spots = _spots_of(picture.light[0], points_px, sides)
+    # The level of the search may be higher than half of a light's height.
+    sides = np.fmax(sides, (spots.boxes_px[:, 2:] - spots.boxes_px[:, :2]).max(axis=1) + 1)
+    spots = _spots_of(picture.light[0], points_px, sides)
     absent_px = missing_px(own)
     more = len(absent_px)
-
     if not np.isfinite(spots.spans_px[:searched]).any():
         return None
     larger = spots.spans_px / np.nanmedian(spots.spans_px[:searched])
@@ -105,6 +105,12 @@ def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting 
     )
 
 
+def _spots_of(light: np.ndarray, points_px: np.ndarray, sides_px: np.ndarray) -> Spots:
+    """The spots of lights at points (N, 2), of such sides (N,)."""
+    halves = np.clip(sides_px / 2, 1.0, _LARGEST_LIGHT_PX)
+    return spots_in_windows(light, points_px, np.ceil(halves), reach_px_of(halves))
+
+
 def missing_px(found: Estimate) -> np.ndarray:
     """Where (M, 2) the dock's lights must be that were not seen, by those that were."""
     ring, choice, markers, dock = found.ring, found.choice, found.markers, found.dock
@@ -124,7 +130,8 @@ def missing_px(found: Estimate) -> np.ndarray:
     if homography is None:
         return nothing
     seen = np.column_stack([flat[absent], np.ones(len(absent))]) @ homography.T
-    return seen[:, :2] / seen[:, 2:]
+    places_px = seen[:, :2] / seen[:, 2:]
+    return places_px[(np.abs(places_px) < _FARTHEST_PX).all(axis=1)]
 
 
 def _extended(values: np.ndarray | None, members: np.ndarray, more: int) -> np.ndarray | None:

@@ -1,3 +1,5 @@
+# pyright: reportGeneralTypeIssues=false
+
 import numpy as np
 import pytest
 from dockpose.tracking.association import mapped, moved, shifted

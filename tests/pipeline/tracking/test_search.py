@@ -1,5 +1,7 @@
 # A None where a value is expected fails the test, which is what it should do.
-# pyright: reportOptionalMemberAccess=false
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false, reportCallIssue=false
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -88,6 +90,7 @@ def test_a_dock_of_several_rings_is_followed_by_all_of_them():
 def test_of_a_live_source_another_ring_is_noticed_beside_following(course, monkeypatch):
     monkeypatch.setattr("dockpose.tracking.search._BESIDE_S", 0.0)
     search = Search(CAMERA, DOCK, is_live=True)
+    found = None
     for number in range(3):
         found = search.see(course[number].image, number, course[number].time_s, Settings())
         if search._beside is not None:  # pyright: ignore[reportPrivateUsage]
@@ -98,3 +101,34 @@ def test_of_a_live_source_another_ring_is_noticed_beside_following(course, monke
     search.see(course[3].image, 3, course[3].time_s, Settings())
     search._beside.join()  # pyright: ignore[reportPrivateUsage]
     assert search.see(course[4].image, 4, course[4].time_s, Settings()) is elsewhere
+
+
+def test_a_ring_that_may_be_no_dock_is_searched_again_until_it_is_sure(course, monkeypatch):
+    search, unsure = Search(CAMERA, DOCK), replace(estimate(course[0].image, CAMERA, DOCK), detection=0.6)
+    monkeypatch.setattr("dockpose.tracking.search.estimate", lambda *arguments: unsure)
+    search.see(course[0].image, 7, course[0].time_s, Settings())
+    followed = [search.see(course[k].image, 7 + k, course[k].time_s, Settings()) for k in (1, 2, 3)]
+    assert [each.found_by for each in followed] == ["following"] * 3
+    assert max(each.detection for each in followed) <= 0.6
+    monkeypatch.undo()
+    search.see(course[4].image, 11, course[4].time_s, Settings())
+    again = search.see(course[5].image, 20, course[5].time_s, Settings())
+    assert again.found_by == "search"
+    assert (again.detection or 0.0) > 0.95
+
+
+@pytest.mark.parametrize("kind", ["colour", "16 bits", "float", "masked"])
+def test_pictures_of_other_kinds_are_followed_or_searched(course, kind):
+    search = Search(CAMERA, DOCK)
+    for number in range(3):
+        grey = course[number].image
+        image = {
+            "colour": np.repeat(grey[:, :, None], 3, axis=2),
+            "16 bits": grey.astype(np.uint16) * 256,
+            "float": grey / 255,
+            "masked": np.ma.array(grey, mask=grey > 300),
+        }[kind]
+        found = search.see(image, number, course[number].time_s, Settings())
+        alone = estimate(image, CAMERA, DOCK)
+        assert found.bits == alone.bits
+        np.testing.assert_allclose(found.selected.position_m, alone.selected.position_m, atol=1e-3)

@@ -161,14 +161,14 @@ $(VENV)/.made:
 	touch $@
 
 $(VENV)/.installed: $(VENV)/.made pyproject.toml
-	@echo "installing dockpose and its libraries into $(VENV): 0.6 GB, about a minute"
+	@echo "installing dockpose and its libraries into $(VENV): 0.8 GB, about a minute"
 	$(PIP) --editable .
 	@# Compiles the loops over pixels once, so that the first page need not wait for that.
 	$(BIN)/dockpose estimate tilted
 	touch $@
 
 $(VENV)/.test: $(VENV)/.made pyproject.toml
-	@echo "installing dockpose, its libraries and what the tests need into $(VENV): 0.8 GB, about a minute"
+	@echo "installing dockpose, its libraries and what the tests need into $(VENV): 1 GB, about a minute"
 	$(PIP) --editable ".[test]"
 	$(BIN)/python -m tests.support.compile_loops
 	touch $@ $(VENV)/.installed

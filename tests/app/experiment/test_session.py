@@ -142,7 +142,7 @@ def test_angles_differ_by_the_shorter_way_round():
 
 @pytest.mark.extra
 @given(source=st.text(max_size=60), notes=st.text(max_size=60))
-@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_text_is_read_back_by_pandas_and_by_us(session, source, notes):
     import pandas  # pyright: ignore[reportMissingImports]
 

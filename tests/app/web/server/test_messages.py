@@ -196,7 +196,7 @@ values = st.recursive(
 )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(data=st.data())
 def test_what_passes_can_be_taken_and_passed_on_by_viser(gui, controls, data):
     """The casts that viser makes, and the encoding in which it sends the value to all other browsers."""

@@ -185,10 +185,8 @@ def _can_be_dock(found: Estimate, index: int) -> bool:
     """Whether the lights lie near enough to their places on a candidate."""
     if found.ring is None or found.markers is None or found.ellipse is None or found.choice is None:
         return True
-    own = found.of_ring or found
-    assert own.choice is not None
-    choice, camera, dock = replace(own.choice, selected=index), own.camera, own.dock
-    return why_no_dock(found.ring, found.markers, found.ellipse, choice, camera, dock, -math.inf) is None
+    choice = replace(found.choice, selected=index)
+    return why_no_dock(found.ring, found.markers, found.ellipse, choice, found.camera, found.dock, -math.inf) is None
 
 
 def _logistic(log_odds: float) -> float:

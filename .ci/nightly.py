@@ -58,7 +58,9 @@ def run(part: str) -> Outcome:
     print(f"{part}: {about} (make {target}; {log.relative_to(ROOT)})", flush=True)
     began_s = time.monotonic()
     with log.open("w", encoding="utf-8") as file:
-        done = subprocess.run(["make", "--no-print-directory", target], cwd=ROOT, stdout=file, stderr=subprocess.STDOUT, check=False)
+        done = subprocess.run(
+            ["make", "--no-print-directory", target], cwd=ROOT, stdout=file, stderr=subprocess.STDOUT, check=False
+        )
     lines = [line for line in log.read_text(encoding="utf-8", errors="replace").splitlines() if line.strip()]
     outcome = Outcome(part, done.returncode == 0, time.monotonic() - began_s, lines[-1].strip("= ") if lines else "")
     if not outcome.has_passed:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from dockpose.camera.camera import Camera
-    from dockpose.dock import Dock, DockRing, Entrance
+    from dockpose.dock import Dock, Entrance
     from dockpose.estimate import Estimate, Settings, estimate
     from dockpose.guidance import Guidance, guide
     from dockpose.sources.opening import open_frames
@@ -24,7 +24,6 @@ __all__ = [
     "BodyPose",
     "Camera",
     "Dock",
-    "DockRing",
     "Entrance",
     "Estimate",
     "Guidance",
@@ -44,7 +43,7 @@ __all__ = [
 
 _HOMES = {
     "camera.camera": ("Camera",),
-    "dock": ("Dock", "DockRing", "Entrance"),
+    "dock": ("Dock", "Entrance"),
     "estimate": ("Estimate", "estimate"),
     "guidance": ("Guidance", "guide"),
     "settings": ("Settings",),

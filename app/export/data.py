@@ -54,7 +54,6 @@ CSV_COLUMNS = (
     *(f"{name}_{column}" for name in _POSES for column in _POSE_COLUMNS),
     "smoothed_probability",
     *(f"{name}_{column}" for name in _POSES for column in _TOTAL_COLUMNS),
-    "ring",
     *(f"vehicle_{column}" for column in _VEHICLE),
     *(f"guidance_{column}" for column in _GUIDANCE),
     *("track_number", "found_by"),
@@ -100,7 +99,6 @@ def to_row(line: dict[str, Any]) -> dict[str, Any]:
         **{f"track_{key}": track.get(key) for key in _TRACK_KEYS},
         "track_number": track.get("number"),
         "found_by": line.get("found_by"),
-        "ring": "+".join(line.get("ring") or ()),
         "smoothed_probability": (line.get("smoothed") or {}).get("probability"),
     }
     parts: dict[str, Iterable[Any]] = {}  # values in the order of their columns, by what these begin with

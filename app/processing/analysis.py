@@ -95,7 +95,7 @@ class Analysis:
         found, lights = self.estimate, self.view.dock.lights
         seen, groups = found.lights_on_ring or 0, 0 if found.markers is None else len(found.markers)
         is_ok, view = found.status == "ok", self.view
-        if lights is None or view.dock.rings or (is_ok and (seen >= groups or seen == lights)):
+        if lights is None or (is_ok and (seen >= groups or seen == lights)):
             return None
         free = estimate(view.image, view.camera, Dock(view.dock.diameter), view.settings)
         if free.status != "ok" or free.ring is None or (free.lights_on_ring or 0) <= (seen if is_ok else 0):

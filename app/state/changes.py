@@ -30,21 +30,7 @@ def with_lights(view: View, value: Any) -> View:
     lights = None if number <= 0 else min(max(number, _MIN_LIGHTS), MAX_LIGHTS)
     if lights == view.dock.lights:
         return view
-    return _with_dock(view, lights=lights, angles_deg=(), colours=(), offsets_m=())
-
-
-def _with_dock(view: View, **changes: Any) -> View:
-    if view.dock.rings:
-        raise UserError(rings_sentence(view.dock))
-    return replace(view, dock=changed(view.dock, **changes))
-
-
-def rings_sentence(dock: Dock) -> str:
-    """Say where the numbers of a dock of several rings come from; empty of one ring."""
-    if not dock.rings:
-        return ""
-    rings = ", ".join(f"{ring.name} {100 * ring.diameter:g} cm with {ring.lights} lights" for ring in dock.rings)
-    return f"This dock has {len(dock.rings)} rings ({rings}): change them in its file."
+    return replace(view, dock=changed(view.dock, lights=lights, angles_deg=(), colours=(), offsets_m=()))
 
 
 def with_angles(view: View, text: Any) -> View:
@@ -52,7 +38,7 @@ def with_angles(view: View, text: Any) -> View:
     angles = _numbers(text)
     dock = view.dock
     if not angles:
-        return _with_dock(view, angles_deg=())
+        return replace(view, dock=changed(dock, angles_deg=()))
     if not _MIN_LIGHTS <= len(angles) <= MAX_LIGHTS:
         raise UserError(
             f"There {'is 1 light angle' if len(angles) == 1 else f'are {len(angles)} light angles'}; a dock has "
@@ -60,7 +46,8 @@ def with_angles(view: View, text: Any) -> View:
         )
     colours = dock.colours if len(dock.colours) == len(angles) else ()
     offsets_m = dock.offsets_m if len(dock.offsets_m) == len(angles) else ()
-    return _with_dock(view, lights=len(angles), angles_deg=angles, colours=colours, offsets_m=offsets_m)
+    dock = changed(dock, lights=len(angles), angles_deg=angles, colours=colours, offsets_m=offsets_m)
+    return replace(view, dock=dock)
 
 
 def angles_text(dock: Dock) -> str:

@@ -43,8 +43,6 @@ def tank_words(tank: Tank) -> str:
         port = "" if camera.port is None else " behind a flat port"
         lens = f"fx {camera.fx:.1f} px at {camera.width} × {camera.height}{port}"
     lights = "lights not known" if dock.lights is None else f"{dock.lights} lights"
-    if dock.rings:  # whose largest one the dock's numbers are of
-        lights = f"{len(dock.rings)} rings"
     return f"{tank.name or UNNAMED}: {lens}, dock {100 * dock.diameter:g} cm, {lights}"
 
 

@@ -21,7 +21,6 @@ from dockpose.checks import check_is
 from dockpose.dock import Dock
 from dockpose.estimate.drawing import picture_of
 from dockpose.estimate.result import Estimate
-from dockpose.estimate.rings import of_rings
 from dockpose.estimate.search import Picture, search
 from dockpose.lights.masks import hide
 from dockpose.lights.region import Region, crop, masks_within, part_of
@@ -79,8 +78,6 @@ def estimate(
             camera, dock = completed(image, camera, dock)
     camera, dock = check_is("camera", camera, Camera), check_is("dock", dock, Dock)
     settings = check_is("settings", settings or Settings(), Settings)
-    if dock.rings:
-        return of_rings(estimate, image, camera, dock, settings, fall_back=fall_back, like=like)
     given, path, note = image, None, ""
     if isinstance(image, Path):
         path = image

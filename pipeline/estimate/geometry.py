@@ -47,12 +47,7 @@ def pose_lines(pose: CirclePose | KnownPose, estimate: Estimate) -> tuple[np.nda
 
     NaN for what is behind the camera.
     """
-    own, radius = estimate.of_ring, estimate.dock.radius
-    for known, of_ring in zip(estimate.candidates, () if own is None else own.candidates, strict=False):
-        if known is pose and own is not None:  # the circle that was seen, rather than that of the largest ring
-            pose, radius = of_ring, own.dock.radius
-            break
-    axes = pose.rotation.T
+    axes, radius = pose.rotation.T, estimate.dock.radius
     plane, normal = radius * axes[:2], -_NORMAL_RADII * radius * axes[2]
     ends = np.array([-plane[0], plane[0], -plane[1], plane[1], np.zeros(3), normal])
     points_px = estimate.camera.project(np.asarray(pose.position_m) + np.concatenate([_ON_CIRCLE @ plane, ends]))

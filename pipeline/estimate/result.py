@@ -53,11 +53,6 @@ class Estimate:
         Whether the picture was searched, or measured where the lights must be by the frame before.
     in_white : bool
         Whether the lights show in the darkest of the colour channels rather than in grey.
-    rings : tuple of str
-        Names of those of the dock's rings that were seen, first that of markers, ring and ellipse; empty where the dock
-        has one alone.
-    of_ring : Estimate or None
-        Of that first ring by itself, in its own frame; its candidates are in the order of the dock's.
     picture : callable or None
         Gives the picture again, where it is still there, for the drawing in a notebook. It does not keep the picture
         alive, and is left behind where the estimate is pickled.
@@ -80,8 +75,6 @@ class Estimate:
     elapsed_ms: float = 0.0
     found_by: str = "search"
     in_white: bool = False
-    rings: tuple[str, ...] = ()
-    of_ring: "Estimate | None" = None
     picture: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:
@@ -175,7 +168,6 @@ class Estimate:
             "selected_by": None if self.choice is None else self.choice.selected_by,
             "chosen": None if self.selected is None else self.selected.summary(),
             **guided(self.selected, self.dock, self.camera, vehicle),
-            "ring": list(self.rings) if self.dock.rings else None,
             "detection": self.detection,
             "found_by": self.found_by,
             "rivals": [] if self.ring is None else [self._rival_dict(rival) for rival in self.ring.rivals],

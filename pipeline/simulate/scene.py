@@ -86,18 +86,11 @@ class Scene(parts.Part, frozen=True, kw_only=True):
             raise ValueError("dock.lights is None; a simulated dock needs its number of lights")
         for name in ("brightness", "size", "colours", "angles_deg"):
             count = len(getattr(self.lights, name))
-            if count not in (0, self.light_count):
-                raise ValueError(f"lights.{name} has {count} values; the dock has {self.light_count} lights")
-        if self.lights.angles_deg and self.dock.rings:
-            raise ValueError("lights.angles_deg does not go with dock.rings, each of which has its own")
+            if count not in (0, self.dock.lights):
+                raise ValueError(f"lights.{name} has {count} values; the dock has {self.dock.lights} lights")
         for number in self.lights.missing:
-            if not 0 <= number < self.light_count:
-                raise ValueError(f"lights.missing has {number}; the lights are counted 0 to {self.light_count - 1}")
-
-    @property
-    def light_count(self) -> int:
-        """How many lights the dock has, on all of its rings."""
-        return sum(ring.lights or 0 for ring in self.dock.rings or (self.dock,))
+            if not 0 <= number < self.dock.lights:
+                raise ValueError(f"lights.missing has {number}; the lights are counted 0 to {self.dock.lights - 1}")
 
     @property
     def light_angles_rad(self) -> tuple[float, ...]:
@@ -109,10 +102,7 @@ class Scene(parts.Part, frozen=True, kw_only=True):
     @property
     def light_colours(self) -> tuple[str, ...]:
         """Name of each light's colour."""
-        if self.lights.colours:
-            return self.lights.colours
-        each = [ring.colours or ("white",) * (ring.lights or 0) for ring in self.dock.rings or (self.dock,)]
-        return tuple(colour for colours in each for colour in colours)
+        return self.lights.colours or self.dock.colours or ("white",) * (self.dock.lights or 0)
 
 
 # The parts that every scene has.
@@ -170,11 +160,8 @@ def truth_of(scene: Scene) -> Truth:
     rotation = dock_rotation(scene)
     position = np.array(scene.pose.position_m)
     ring_m = position + scene.dock.lamp_depth_m * rotation[:, 2]
-    if scene.dock.rings:
-        lights_m = position + scene.dock.every_light_point() @ rotation.T
-    else:
-        lights_m = _on_ring(scene, np.array(scene.light_angles_rad), ring_m, rotation)
-        lights_m += np.array(scene.dock.offsets_m or np.zeros(3)) @ rotation.T
+    lights_m = _on_ring(scene, np.array(scene.light_angles_rad), ring_m, rotation)
+    lights_m += np.array(scene.dock.offsets_m or np.zeros(3)) @ rotation.T
     lights_px = scene.camera.project(lights_m)
     normal = -rotation[:, 2]
     lit = random_stream(scene, "flicker").random(len(lights_m)) >= scene.lights.flicker

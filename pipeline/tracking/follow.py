@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.estimate.flow import notes_on, picture_in
-from dockpose.estimate.rings import joined_with
 from dockpose.estimate.search import Picture, judge_ring
 from dockpose.lights.markers import Markers, grey_centres, with_fitted_centres
 from dockpose.lights.windows import Spots, spots_in_windows
@@ -102,7 +101,7 @@ def _associated(
             near[ring] = one[1]
             if found is None or near.sum() > found[1].sum():
                 found = one[0], near, spots
-            if near.sum() >= _MOST_NEAR * (last.own.lights_on_ring or 0):
+            if near.sum() >= _MOST_NEAR * (last.found.lights_on_ring or 0):
                 break
     return found
 
@@ -127,7 +126,7 @@ def _judged(
     start: float,
 ) -> Sighting | str:
     """The sighting of a frame with these lights, or why they are no dock."""
-    before, light = last.own, picture.light[0]
+    before, light = last.found, picture.light[0]
     assert before.ring is not None
     assert before.threshold is not None
     chosen = np.flatnonzero(seen)
@@ -167,7 +166,7 @@ def _judged(
     if status != "ok":
         return message
     stages["detection"] = min(stages["detection"], before.detection or 0.0)
-    own = replace(
+    found = replace(
         before,
         status=status,
         message=message + notes_on(camera, before.camera),
@@ -176,15 +175,13 @@ def _judged(
         elapsed_ms=1000 * (time.perf_counter() - start),
         picture=None,
     )
-    found = own if not last.found.rings else joined_with(own, last.found.rings[0], last.found.dock)
     speeds_px = (next_px - last.points_px) / elapsed_s
     next_px = next_px.copy()
     next_px[chosen] = stages["markers"].points_px
-    next_px = _with_missing(next_px, missing_px(own), ~seen & (last.of_ring == 0))
+    next_px = _with_missing(next_px, missing_px(found), ~seen & (last.of_ring == 0))
     return replace(
         last,
         found=found,
-        own=own,
         time_s=time_s,
         points_px=next_px,
         speeds_px=speeds_px,
@@ -207,7 +204,7 @@ def _fitted(
     shapes[:, 1:3] *= larger[:, None]
     is_new = np.abs(last.spreads_px2[chosen]).sum(axis=(1, 2)) == 0
     is_disc = on_ring & ((shapes[:, 0] > 0) | is_new)
-    middle_px = last.own.camera.cx, last.own.camera.cy
+    middle_px = last.found.camera.cx, last.found.camera.cy
     fitted = with_fitted_centres(
         replace(markers, shapes=shapes), is_disc, *picture.light, middle_px, (picture.part[0], picture.part[1])
     )
@@ -257,12 +254,12 @@ def _with_missing(points_px: np.ndarray, missing_px: np.ndarray, unseen: np.ndar
 
 def _radius_px(last: Sighting) -> float:
     """Major semi-axis of the dock's ring."""
-    return 0.0 if last.own.ellipse is None else last.own.ellipse.semi_axes_px[0]
+    return 0.0 if last.found.ellipse is None else last.found.ellipse.semi_axes_px[0]
 
 
 def _moves_px(last: Sighting, settings: Settings, elapsed_s: float) -> float:
     """How far the lights may be from where they must be."""
-    pose, camera = last.own.selected, last.own.camera
+    pose, camera = last.found.selected, last.found.camera
     assert pose is not None
     distance = float(np.linalg.norm(pose.position_m))
     return min(_FARTHEST_PX, _SHAKEN_PX + reach_m(settings, distance, elapsed_s) / distance * max(camera.fx, camera.fy))

@@ -183,10 +183,9 @@ def _log_odds(found: Estimate, worth: float) -> float:
 
 def _can_be_dock(found: Estimate, index: int) -> bool:
     """Whether the lights lie near enough to their places on a candidate."""
-    own = found.of_ring or found
-    if found.ellipse is None or own.choice is None or found.lights_on_ring is None:
+    if found.ellipse is None or found.choice is None or found.lights_on_ring is None:
         return True
-    return can_be_dock(found.lights_on_ring, found.ellipse, replace(own.choice, selected=index), own.dock)
+    return can_be_dock(found.lights_on_ring, found.ellipse, replace(found.choice, selected=index), found.dock)
 
 
 def _logistic(log_odds: float) -> float:

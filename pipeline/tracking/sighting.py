@@ -10,7 +10,6 @@ import msgspec
 import numpy as np
 from dockpose.estimate.flow import picture_in
 from dockpose.estimate.result import Estimate
-from dockpose.estimate.rings import lights_of_all
 from dockpose.lights.windows import Spots, spots_in_windows
 
 _FARTHEST_PX = 1e5  # from the picture's corner, where a light behind the camera may seem to be
@@ -24,11 +23,10 @@ class Sighting:
     """What of a frame the next is followed by: all lights of its rings, those that were not seen too."""
 
     found: Estimate
-    own: Estimate  # the same, or of a dock of several rings that of the first by itself
     time_s: float | None
     points_px: np.ndarray  # (N, 2): where they are
     speeds_px: np.ndarray  # (N, 2): by how much they moved a second
-    of_ring: np.ndarray  # (N,): 0 of the dock's ring, 1 and more of its rivals, -1 of its other rings
+    of_ring: np.ndarray  # (N,): 0 of the dock's ring, 1 and more of its rivals
     sizes_px: np.ndarray  # (N, 2): width and height of its group where it was searched
     sides_px: np.ndarray  # (N,): the longer of these, or that of what is above half of its height
     areas_px: np.ndarray  # (N,): pixels of it there
@@ -54,15 +52,12 @@ class Sighting:
 
 def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting | None:
     """What a frame that was searched is followed by; None where it shows no dock, or too few lights of one."""
-    own = found.of_ring or found
-    ring, markers = own.ring, own.markers
+    ring, markers = found.ring, found.markers
     if found.status != "ok" or ring is None or markers is None:
         return None
-    parts = {0: ring.on_ring, **dict(enumerate(ring.rivals, 1))}
-    if found.dock.rings:
-        parts[-1] = lights_of_all(found) & ~ring.on_ring
-    members = np.concatenate([np.flatnonzero(one) for one in parts.values()])
-    of_ring = np.repeat(list(parts), [int(one.sum()) for one in parts.values()])
+    rings = [ring.on_ring, *ring.rivals]
+    members = np.concatenate([np.flatnonzero(one) for one in rings])
+    of_ring = np.repeat(np.arange(len(rings)), [int(one.sum()) for one in rings])
     count, searched = len(members), int(ring.on_ring.sum())
     if searched < LEAST_LIGHTS:
         return None
@@ -74,7 +69,7 @@ def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting 
     # The level of the search may be higher than half of a light's height.
     sides = np.fmax(sides, (spots.boxes_px[:, 2:] - spots.boxes_px[:, :2]).max(axis=1) + 1)
     spots = _spots_of(picture.light[0], points_px, sides)
-    absent_px = missing_px(own)
+    absent_px = missing_px(found)
     more = len(absent_px)
     if not np.isfinite(spots.spans_px[:searched]).any():
         return None
@@ -88,7 +83,6 @@ def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting 
 
     return Sighting(
         found,
-        own,
         time_s,
         np.concatenate([points_px, absent_px]),
         np.zeros((count + more, 2)),

@@ -9,7 +9,7 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.estimate import Estimate, estimate
-from dockpose.estimate.rings import rings_of
+from dockpose.estimate.rivals import rings_of
 from dockpose.guidance import guided
 from dockpose.lights.ellipse import Ellipse
 from dockpose.pose.circle import CirclePose

@@ -1,4 +1,4 @@
-"""Approaches in closed loop: a vehicle with drag, current and delay, flown by guidance into a dock of two rings."""
+"""Approaches in closed loop: a vehicle with drag, current and delay, flown by guidance into a dock."""
 
 import math
 from collections import Counter, deque
@@ -7,20 +7,15 @@ from multiprocessing import Pool
 
 import numpy as np
 import pytest
-from dockpose import Camera, Dock, DockRing, Entrance, Guidance, Mount, Tracker, Vehicle, guide
+from dockpose import Camera, Dock, Entrance, Guidance, Mount, Tracker, Vehicle, guide
 
-from tests.bench.lamps import draw_lamps, rings_px
+from tests.bench.lamps import dock_px, draw_lamps
 
 RUNS, LEAST = 100, 98
 CAMERA = Camera(525, 525, 239.5, 179.5, 480, 360)
-ENTRANCE = Entrance(radius_m=0.15, cone_deg=12.0, standoff_m=1.5)
-DOCK = Dock(
-    rings=(
-        DockRing(name="far", diameter=0.9, lights=12),
-        DockRing(name="near", diameter=0.16, lights=6, position_m=(0.0, 0.0, 0.5)),
-    ),
-    entrance=ENTRANCE,
-)
+BEHIND_M = 1.5  # the ring stands so far behind the entrance, so that it is in the picture up to there
+ENTRANCE = Entrance(position_m=(0.0, 0.0, -BEHIND_M), radius_m=0.15, cone_deg=12.0, standoff_m=1.5)
+DOCK = Dock(0.9, 12, entrance=ENTRANCE)
 VEHICLE = Vehicle(T_body_camera=Mount(position_m=(0.2, 0.0, 0.0)), frame="frd")
 RATE_HZ, STEPS, MOST_S = 4.0, 5, 90.0  # of the camera; steps of the vehicle between two frames
 RESPONSE_S, YAW_RESPONSE_S = 0.8, 0.4  # in which the vehicle takes up a speed through the water, and a rate of turn
@@ -33,7 +28,7 @@ RIM_M = 0.7  # from the axis, within which the dock is hit by a vehicle that com
 
 @dataclass
 class Craft:
-    """The vehicle: where its middle is in the dock's frame, its speed through the water, and its heading."""
+    """The vehicle: where its middle is from the entrance, in the dock's axes; its speed through the water; heading."""
 
     place_m: np.ndarray
     yaw: float
@@ -162,8 +157,9 @@ def picture(craft: Craft, roll: float, other: np.ndarray, rng: np.random.Generat
     c, s = math.cos(roll), math.sin(roll)
     upright = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     lamps, depths = [], []
-    for centre in (np.zeros(3), other):
-        lamps_px, depths_m = rings_px(CAMERA, DOCK, heading.T @ (centre - eye), heading.T @ upright)
+    for entrance in (np.zeros(3), other):
+        ring_m = entrance + [0.0, 0.0, BEHIND_M]
+        lamps_px, depths_m = dock_px(CAMERA, DOCK, heading.T @ (ring_m - eye), heading.T @ upright)
         ahead = depths_m > 0.05
         lamps.append(lamps_px[ahead])
         depths.append(depths_m[ahead])

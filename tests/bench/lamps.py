@@ -48,14 +48,11 @@ def ring_px(
     return np.array([camera.fx, camera.fy]) * points[:, :2] / points[:, 2:] + [camera.cx, camera.cy], points[:, 2]
 
 
-def rings_px(camera: Camera, dock: Dock, position_m: np.ndarray, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Centres (N, 2) of the lamps of a dock's rings, which all face as it does, and their distances (N,)."""
-    places = []
-    for ring in dock.rings:
-        angles = 2 * np.pi * np.arange(ring.lights or 0) / (ring.lights or 1)
-        flat = ring.diameter / 2 * np.array([np.cos(angles), np.sin(angles), 0 * angles])
-        places.append(flat.T + ring.position_m)
-    points = position_m + np.concatenate(places) @ turn.T
+def dock_px(camera: Camera, dock: Dock, position_m: np.ndarray, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Centres (N, 2) of a dock's lamps in the picture, and their distances (N,)."""
+    angles = 2 * np.pi * np.arange(dock.lights or 0) / (dock.lights or 1)
+    flat = dock.radius * np.array([np.cos(angles), np.sin(angles), 0 * angles])
+    points = position_m + flat.T @ turn.T
     return np.array([camera.fx, camera.fy]) * points[:, :2] / points[:, 2:] + [camera.cx, camera.cy], points[:, 2]
 
 

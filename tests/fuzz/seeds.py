@@ -12,7 +12,7 @@ import av
 import cv2
 import msgspec
 import numpy as np
-from dockpose import Camera, Dock, DockRing, Entrance, Settings, estimate
+from dockpose import Camera, Dock, Entrance, Settings, estimate
 from dockpose.app.experiment.session import Session
 from dockpose.app.inputs.pictures import save_dock
 from dockpose.app.state.preferences import Remembered, settings_file
@@ -96,7 +96,6 @@ def docks() -> list[bytes]:
         Dock(0.3, 5, entrance=off_axis),
         Dock(0.3, angles_deg=(0, 80, 170, 260)),
         Dock(0.3, 3, colours=("red", "green", "blue")),
-        Dock(rings=(DockRing(name="a", diameter=0.4, lights=5), DockRing(name="b", diameter=0.2, lights=4))),
     )
     with tempfile.TemporaryDirectory() as folder:
         path, written = Path(folder) / "d.yaml", []

@@ -15,7 +15,6 @@ from dockpose.app.state.changes import (
     angles_text,
     chips,
     dropped_sentence,
-    rings_sentence,
     with_angles,
     with_lights,
 )
@@ -77,9 +76,6 @@ class CameraPanel(Panel):
         self._tone.options, self._tone.value = optics.tone_names(view.camera), str(view.camera.tone)
         self._load_lights(view)
         self._angles.value = angles_text(view.dock)
-        self._rings.content = small(escape(rings_sentence(view.dock)))
-        for handle in (self.sliders["diameter_cm"].handle, self._lights, self._angles, self._set_angles):
-            handle.disabled = bool(view.dock.rings)
         self._port.value = has_port = view.camera.port is not None
         for handle in (*(self.sliders[name].handle for name in PORT), *self._names.values()):
             handle.disabled = not has_port
@@ -87,7 +83,6 @@ class CameraPanel(Panel):
             handle.value = optics.index_name(_NAMED_INDICES[name], PORT[name].get(view))
 
     def _add_dock(self) -> None:
-        self._rings = self.gui.add_html("")
         self.add_sliders(DOCK)
         self._lights = self.add(
             "number", "lights", lambda client: self.change(partial(self._with_lights, client), client), max=MAX_LIGHTS
@@ -96,7 +91,7 @@ class CameraPanel(Panel):
         with uneven, self.gui.add_form(None) as spacing:
             set_angles = self.changing(lambda view: with_angles(view, self._angles.value))
             self._angles = self.add("text", "angles")
-            self._set_angles = self.add("button", "set_angles", set_angles)
+            self.add("button", "set_angles", set_angles)
         on_person(spacing.on_submit, set_angles)
 
     def _add_port(self) -> None:

@@ -9,7 +9,7 @@ from dockpose.app.state import changes as choices
 from dockpose.app.state.camera import with_these_as_mine
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import MeasuredPose, with_sample
-from dockpose.dock import DockRing, Entrance
+from dockpose.dock import Entrance
 from dockpose.pose.known import KnownPose
 
 UNEVEN = (0.0, 30.0, 75.0, 120.0, 180.0, 250.5, 300.0)
@@ -92,33 +92,6 @@ def test_entrance_off_the_axis_needs_its_lights(view):
     assert choices.with_lights(before, 10).dock.entrance == before.dock.entrance
     with pytest.raises(ValueError, match="an entrance off the dock's axis needs them"):
         choices.with_lights(before, 0)
-
-
-RINGS = tuple(
-    DockRing(diameter, lights, name=name) for name, diameter, lights in (("outer", 0.6, 8), ("inner", 0.2, 4))
-)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        lambda view: choices.with_lights(view, 6),
-        lambda view: choices.with_angles(view, "0, 90, 200"),
-        lambda view: put(view, "diameter_cm", 50),
-    ],
-)
-def test_numbers_of_a_dock_of_rings_are_refused(view, change):
-    with pytest.raises(ValueError, match="ring"):
-        change(replace(view, dock=Dock(rings=RINGS)))
-
-
-def test_rings_are_told(view):
-    words = choices.rings_sentence(Dock(rings=RINGS))
-    assert (
-        words
-        == "This dock has 2 rings (outer 60 cm with 8 lights, inner 20 cm with 4 lights): change them in its file."
-    )
-    assert choices.rings_sentence(view.dock) == ""
 
 
 def test_same_number_of_lights_keeps_everything(view):

@@ -7,7 +7,7 @@ import math
 import msgspec
 import numpy as np
 import pytest
-from dockpose import Camera, Dock, DockRing
+from dockpose import Camera, Dock
 from dockpose.camera.port import FlatPort
 from dockpose.pose.circle import circle_poses
 from dockpose.simulate import Lights, Pose, Sensor, render, truth_of
@@ -389,24 +389,3 @@ def test_an_occluder_hides_the_light_behind_it():
     image, truth = render(changed(occluders=(bar,)))
     assert np.flatnonzero(~truth.visible).tolist() == [0]
     assert near(image, (424.5, 239.5)).max() == 7
-
-
-def test_a_dock_of_rings_shows_the_lights_of_all_of_them():
-    rings = (
-        DockRing(name="a", diameter=0.4, lights=3),
-        DockRing(name="b", diameter=0.2, lights=4, colours=("red",) * 4),
-    )
-    scene = changed(dock=Dock(rings=rings), lights=Lights(missing=(3,)))
-    truth = truth_of(scene)
-    assert scene.light_colours == ("white",) * 3 + ("red",) * 4
-    np.testing.assert_allclose(truth.lights_m[0], [0.2, 0, 1], atol=1e-12)
-    np.testing.assert_allclose(truth.lights_m[4], [0, 0.1, 1], atol=1e-12)
-    assert truth.lit.tolist() == [True] * 3 + [False] + [True] * 3
-    assert near(render(scene)[0], truth.lights_px[4]).max() > 100
-    assert near(render(scene)[0], truth.lights_px[3]).max() < 10
-
-
-def test_angles_of_a_scene_do_not_go_with_rings():
-    rings = (DockRing(name="a", diameter=0.4, lights=3),)
-    with pytest.raises(ValueError, match=r"lights\.angles_deg does not go with dock\.rings"):
-        changed(dock=Dock(rings=rings), lights=Lights(angles_deg=(0, 100, 200)))

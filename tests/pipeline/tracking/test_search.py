@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dockpose import Dock, DockRing, Settings, estimate
-from dockpose.simulate import Approach, FilmPlan, Lights, Pose, Scene, film, render
+from dockpose import Settings, estimate
+from dockpose.simulate import Approach, FilmPlan, film, render
 from dockpose.tracking.search import BLOCK, Search
 
 from tests.support.scenes import CAMERA, DOCK, random_scene
@@ -72,19 +72,6 @@ def test_other_settings_are_a_reason_to_search(course):
     search.see(course[0].image, 0, 0.0, Settings())
     other = Settings(masks=((0.0, 0.0, 5.0, 5.0),))
     assert search.see(course[1].image, 1, 0.1, other).found_by == "search"
-
-
-def test_a_dock_of_several_rings_is_followed_by_all_of_them():
-    rings = DockRing(name="far", diameter=0.9, lights=12), DockRing(name="near", diameter=0.16, lights=6)
-    dock, search = Dock(rings=rings), Search(CAMERA, Dock(rings=rings))
-    for number in range(4):
-        place = (0.05, 0.02, 2.5 - 0.05 * number)
-        pose = Pose(position_m=place, theta_y_deg=12.0)
-        image, _ = render(Scene(camera=CAMERA, dock=dock, pose=pose, lights=Lights(level=1500.0), seed=number))
-        found = search.see(image, number, 0.1 * number, Settings())
-        assert found.found_by == ("search" if number == 0 else "following")
-        assert {*found.rings} == {"far", "near"}
-        np.testing.assert_allclose(found.selected.position_m, place, atol=0.01)
 
 
 def test_of_a_live_source_another_ring_is_noticed_beside_following(course, monkeypatch):

@@ -62,7 +62,7 @@ class Page:
         """Pixels of a page that OpenCV decodes; in 8 bits it applies opacity, and takes white as the most."""
         data = bytearray(self.data) if isinstance(self.data, bytes) else self.data
         place, form = (8, "Q") if self.file.is_bigtiff else (4, "I")
-        pixels = None
+        pixels: Any = None
         with self.lock, contextlib.suppress(cv2.error):
             struct.pack_into(self.file.byteorder + form, data, place, page.offset)  # OpenCV reads the first page
             pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)

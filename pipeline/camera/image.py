@@ -85,7 +85,7 @@ def decode_page(page: tiff.Page, name: str) -> np.ndarray:
     """Decode one page of a TIFF as :func:`decode` does; its errors too."""
     check_size(*page.size, name)
     try:
-        image = page.decoded(_decoded)
+        image = page.decoded()
     except ValueError as error:
         raise ImageError(f"{name}: {error}") from error
     return as_picture(image, name)

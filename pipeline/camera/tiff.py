@@ -1,28 +1,31 @@
-"""TIFF files page by page, each with its tags said so plainly that every reader gives the same pixels."""
+"""TIFF files page by page: tifffile reads their tags and plain pixels, OpenCV what is compressed in other ways."""
 
+import contextlib
+import io
+import logging
+import math
 import struct
-from collections.abc import Callable, Sequence
+import threading
+import zlib
 from dataclasses import dataclass
-from itertools import accumulate
 from typing import Any
 
+import cv2
 import numpy as np
 
 _HEADS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
-_MAX_PAGES, _MAX_TAGS = 100_000, 4096
-# Struct's letters of the types that the tags below have (TIFF 6.0, section 2; BigTIFF adds those of 8 bytes).
-_TYPES = {1: "B", 2: "s", 3: "H", 4: "I", 5: "II", 6: "b", 7: "s", 8: "h", 9: "i", 11: "f", 12: "d", 16: "Q", 18: "Q"}
-_KIND, _WIDTH, _HEIGHT, _BITS, _COMPRESSION, _PHOTOMETRIC, _FILL_ORDER = 254, 256, 257, 258, 259, 262, 266
-_STRIPS, _ORIENTATION, _SAMPLES, _ROWS, _STRIP_BYTES, _PLANAR = 273, 274, 277, 278, 279, 284
-_TILES, _TILE_BYTES, _EXTRA, _FORMAT = 324, 325, 338, 339
-# Of those that say how pixels are stored: T4Options, T6Options, Predictor, ColorMap, TileWidth, TileLength, JPEGTables,
-# and YCbCr's three.
-_STORED = (_WIDTH, _HEIGHT, _BITS, _COMPRESSION, _PHOTOMETRIC, _FILL_ORDER, _SAMPLES, _ROWS, _EXTRA, _FORMAT)
-_STORED += (292, 293, 317, 320, 322, 323, 347, 529, 530, 531, 532)
-_WHITE_IS_0, _RGB, _SEPARATE, _ASSOCIATED, _UNASSOCIATED = 0, 2, 2, 1, 2
+_MAX_PAGES = 100_000
+_ORIENTATION = 274
 _NO_PICTURE = 1 | 4  # bits of the page's kind: a smaller version of another page, or its mask
+_STORED, _DEFLATED = 1, (8, 32946)  # compressions that tifffile reads without its codecs
+_PREDICTORS = (1, 2)  # none, and the difference to the pixel before
+_WHITE_IS_0, _BLACK_IS_0, _RGB, _SEPARATE, _UNASSOCIATED = 0, 1, 2, 2, 2
 
-Tags = dict[int, tuple[int, Any]]  # type, and numbers or bytes
+logging.getLogger("tifffile").addHandler(logging.NullHandler())  # of damage one sentence is enough
+
+
+class _RefusedError(ValueError):
+    """A page that is not read, with a sentence that says why."""
 
 
 def is_tiff(data: Any) -> bool:
@@ -32,149 +35,114 @@ def is_tiff(data: Any) -> bool:
 
 @dataclass(frozen=True)
 class Page:
-    """One picture of a TIFF: the file's bytes, or a map of them, in which order they are, and its tags."""
+    """One picture of a TIFF: its number in a file, of bytes or a private map of them, that tifffile has open."""
 
     data: Any
-    order: str
-    tags: Tags
+    file: Any
+    lock: threading.Lock  # tifffile seeks
+    index: int
+    size: tuple[int, int, int]  # width and height in pixels, and bytes of a decoded pixel: its colours, and its opacity
+    orientation: int  # EXIF's number of how it lies, 1 for upright
 
-    def number(self, tag: int, default: int) -> int:
-        """First number of a tag."""
-        values = self.tags.get(tag, (0, (default,)))[1]
-        if not values or not isinstance(values[0], int):
-            raise ValueError(f"tag {tag} of the TIFF is damaged")
-        return values[0]
+    def decoded(self) -> np.ndarray:
+        """Its pixels, (H, W), (H, W, 3) BGR or (H, W, 4) BGRA. Raises ValueError where they cannot be read."""
+        try:
+            with self.lock:
+                page = self.file.pages[self.index]
+                _check(page, self.data)
+                if _is_plain(page):
+                    return _as_opencv(page, page.asarray(maxworkers=1))
+            return self._by_opencv(page)
+        except _RefusedError:
+            raise
+        except Exception as error:  # tifffile raises many kinds on damaged files
+            raise ValueError("the picture is damaged or cut short") from error
 
-    @property
-    def size(self) -> tuple[int, int, int]:
-        """Width and height in pixels, and bytes of a decoded pixel: its colours, and its opacity."""
-        sample_bytes = (self.number(_BITS, 1) + 7) // 8
-        return self.number(_WIDTH, 0), self.number(_HEIGHT, 0), self.number(_SAMPLES, 1) * sample_bytes
-
-    @property
-    def orientation(self) -> int:
-        """EXIF's number of how it lies, 1 for upright."""
-        return self.number(_ORIENTATION, 1)
-
-    def decoded(self, decode: Callable[[bytes], np.ndarray | None]) -> np.ndarray:
-        """Its pixels, (H, W), (H, W, 3) BGR or (H, W, 4) BGRA; ``decode`` reads a file of one page. Or ValueError."""
-        samples, bits, photometric = (self.number(tag, 1) for tag in (_SAMPLES, _BITS, _PHOTOMETRIC))
-        is_inverted = photometric == _WHITE_IS_0 and bits >= 8
-        if (is_inverted and bits not in (8, 16)) or (samples == 2):
-            what = "grey with opacity" if samples == 2 else f"of {bits} bits with white as 0"
-            raise ValueError(f"is a TIFF {what}, which is not read; save it as grey of 8 or 16 bits")
-        plain = {tag: self.tags[tag] for tag in _STORED if tag in self.tags}
-        if is_inverted:
-            plain[_PHOTOMETRIC] = (3, (1,))
-        if _EXTRA in plain:
-            plain[_EXTRA] = (3, (_ASSOCIATED,) * len(plain[_EXTRA][1]))  # else libtiff applies it, to 8 bits alone
-        chunks = self._chunks()
-        if samples > 1 and self.number(_PLANAR, 1) == _SEPARATE:
-            pixels = self._of_planes(plain, chunks, decode)
-        else:
-            pixels = _one(plain, chunks, self.order, decode)
-        if is_inverted:
+    def _by_opencv(self, page: Any) -> np.ndarray:
+        """Pixels of a page that OpenCV decodes; in 8 bits it applies opacity, and takes white as the most."""
+        data = bytearray(self.data) if isinstance(self.data, bytes) else self.data
+        place, form = (8, "Q") if self.file.is_bigtiff else (4, "I")
+        pixels: Any = None
+        with self.lock, contextlib.suppress(cv2.error):
+            struct.pack_into(self.file.byteorder + form, data, place, page.offset)  # OpenCV reads the first page
+            pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+        if pixels is None:
+            what = "the picture is damaged or cut short, or its compression is not read"
+            raise _RefusedError(f"{what} ({_compression(page)})")
+        if pixels.dtype == np.uint8:
+            return _opaque(pixels)
+        if page.photometric == _WHITE_IS_0:
             pixels = np.iinfo(pixels.dtype).max - pixels
-        opacity = self.number(_EXTRA, 0) if photometric == _RGB else 0
-        if pixels.ndim == 3 and pixels.shape[2] == 4 and opacity != _UNASSOCIATED:
-            pixels = np.ascontiguousarray(pixels[:, :, :3])  # on black already, or no opacity at all
-        return pixels
-
-    def _of_planes(self, plain: Tags, chunks: list[bytes], decode: Callable[[bytes], np.ndarray | None]) -> np.ndarray:
-        """Pixels of a page that has each colour by itself, as a grey page of its own."""
-        samples = self.number(_SAMPLES, 1)
-        if self.number(_PHOTOMETRIC, 1) != _RGB or samples not in (3, 4) or len(chunks) % samples:
-            raise ValueError("is a TIFF with separate planes that are not red, green and blue, which is not read")
-        grey = {tag: value for tag, value in plain.items() if tag != _EXTRA}
-        grey |= {_SAMPLES: (3, (1,)), _PHOTOMETRIC: (3, (1,))}
-        for tag in (_BITS, _FORMAT):
-            if tag in grey:
-                grey[tag] = (3, grey[tag][1][:1])
-        each = len(chunks) // samples
-        planes = [_one(grey, chunks[i * each : (i + 1) * each], self.order, decode) for i in range(samples)]
-        return np.dstack([planes[2], planes[1], planes[0], *planes[3:]])
-
-    def _chunks(self) -> list[bytes]:
-        """Its strips or tiles as they are stored."""
-        places = self.tags.get(_TILES, self.tags.get(_STRIPS, (0, ())))[1]
-        sizes = self.tags.get(_TILE_BYTES, self.tags.get(_STRIP_BYTES, (0, ())))[1]
-        if not places or (sizes and len(sizes) < len(places)):
-            raise ValueError("the TIFF's header is damaged: it does not say where its pixels are")
-        whole = len(self.data)
-        ends = [place + size for place, size in zip(places, sizes or [whole] * len(places), strict=False)]
-        if max(places) >= whole or (sizes and max(ends) > whole):
-            raise ValueError(f"the picture is cut short ({whole} bytes of {max(*ends, *places)})")
-        return [bytes(self.data[place:end]) for place, end in zip(places, ends, strict=False)]
+        return pixels if page.extrasamples[:1] == (_UNASSOCIATED,) else _opaque(pixels)
 
 
 def pages(data: Any) -> list[Page]:
     """Pages of a TIFF or BigTIFF, but for smaller versions and masks; ValueError where its header is damaged."""
-    found: list[Page] = []
+    import tifffile  # seldom needed, and takes a while
+
+    found, kinds, places = list[Page](), list[int](), set[int]()
     try:
-        order = "<" if data[:2] == b"II" else ">"
-        is_big, seen = struct.unpack(f"{order}H", data[2:4])[0] == 43, set[int]()
-        (place,) = struct.unpack(f"{order}Q", data[8:16]) if is_big else struct.unpack(f"{order}I", data[4:8])
-        while place and place not in seen and len(seen) < _MAX_PAGES:
-            seen.add(place)
-            tags, place = _directory(data, order, place, is_big)
-            found.append(Page(data, order, tags))
-    except struct.error as error:
+        file: Any = io.BytesIO(data) if isinstance(data, bytes) else data
+        file.seek(0)
+        file = tifffile.TiffFile(file, is_lsm=False, is_ndpi=False, is_scanimage=False)
+        lock = threading.Lock()
+        while len(found) < _MAX_PAGES and (page := file.pages[len(found)]).offset not in places:
+            places.add(page.offset)
+            pixel_bytes = int(page.samplesperpixel) * ((int(np.max(page.bitspersample)) + 7) // 8)
+            size = int(page.imagewidth), int(page.imagelength) * int(page.imagedepth), pixel_bytes
+            kinds.append(int(page.subfiletype) & _NO_PICTURE)
+            found.append(Page(data, file, lock, len(found), size, page.tags.valueof(_ORIENTATION, default=1)))
+    except Exception as error:  # IndexError behind the last page, and many kinds on damaged files
         if not found:
-            raise ValueError(f"the TIFF's header is damaged or cut short ({len(data)} bytes)") from error
-    if not found:
-        raise ValueError("the TIFF has no picture in it")
-    return [page for page in found if not page.number(_KIND, 0) & _NO_PICTURE] or found[:1]
+            raise ValueError(f"the TIFF has no picture, or is damaged or cut short ({len(data)} bytes)") from error
+    return [page for page, kind in zip(found, kinds, strict=False) if not kind] or found[:1]
 
 
-def _directory(data: Any, order: str, place: int, is_big: bool) -> tuple[Tags, int]:
-    """Tags of a page, and where the next one's are; 0 after the last."""
-    head, entry, number = ("Q", 20, "Q") if is_big else ("H", 12, "I")
-    start, word = place + struct.calcsize(f"={head}"), struct.calcsize(f"={number}")
-    (count,) = struct.unpack(f"{order}{head}", data[place:start])
-    if count > _MAX_TAGS:
-        raise struct.error
-    tags: Tags = {}
-    for at in range(start, start + entry * count, entry):
-        tag, kind, length = struct.unpack(f"{order}HH{number}", data[at : at + 4 + word])
-        letter = _TYPES.get(kind)
-        if letter is None or tag not in (*_STORED, _KIND, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES, _PLANAR, 274):
-            continue
-        size = struct.calcsize(f"={letter}") * length
-        if size > len(data):
-            raise struct.error
-        value = at + 4 + word
-        if size > word:
-            (value,) = struct.unpack(f"{order}{number}", data[value : value + word])
-        form = f"{length}s" if letter == "s" else f"{length * len(letter)}{letter[0]}"
-        tags[tag] = (kind, struct.unpack(f"{order}{form}", data[value : value + size]))
-    after = start + entry * count
-    (following,) = struct.unpack(f"{order}{number}", data[after : after + word])
-    return tags, following
+def _check(page: Any, data: Any) -> None:
+    """Refuse a page of a kind that is not read, without all its bytes, or with more packed in them than it is large."""
+    bits, samples, is_plain = page.bitspersample, page.samplesperpixel, _is_plain(page)
+    if samples == 2 or (page.photometric == _WHITE_IS_0 and bits > 8 and bits != 16):
+        what = "grey with opacity" if samples == 2 else f"of {bits} bits with white as 0"
+        raise _RefusedError(f"is a TIFF {what}, which is not read; save it as grey of 8 or 16 bits")
+    if samples > 1 and page.planarconfig == _SEPARATE and not is_plain and (bits != 8 or page.photometric != _RGB):
+        what = f"is a TIFF with separate planes and compression {_compression(page)}"
+        raise _RefusedError(f"{what}, which is not read; save it as red, green and blue without compression")
+    places, sizes = page.dataoffsets, page.databytecounts
+    if not len(places) == len(sizes) == math.prod(page.chunked) or min(*places, *sizes) < 1:
+        raise _RefusedError("the TIFF's header is damaged or cut short: it does not say where its pixels are")
+    end, stored = max(place + size for place, size in zip(places, sizes, strict=True)), sum(sizes)
+    if end > len(data):
+        raise _RefusedError(f"the picture is cut short ({len(data)} bytes of {end})")
+    if is_plain and page.compression == _STORED and stored < page.nbytes:
+        raise _RefusedError(f"the picture is cut short ({stored} bytes of {page.nbytes})")
+    if is_plain and page.compression in _DEFLATED:  # without its codecs tifffile unpacks whatever is there
+        most = math.prod(page.chunks) * page.dtype.itemsize
+        for place, size in zip(places, sizes, strict=True):
+            if len(zlib.decompressobj().decompress(data[place : place + size], most + 1)) > most:
+                raise _RefusedError("the picture is damaged: more is packed in it than it is large")
 
 
-def _one(tags: Tags, chunks: Sequence[bytes], order: str, decode: Callable[[bytes], np.ndarray | None]) -> np.ndarray:
-    """Pixels of a TIFF of one page that is put together from tags and strips or tiles."""
-    is_tiled = 322 in tags
-    filled = [chunk + bytes(len(chunk) % 2) for chunk in chunks]
-    *places, at = accumulate(map(len, filled), initial=8)
-    tags = tags | {
-        _TILES if is_tiled else _STRIPS: (4, tuple(places)),
-        _TILE_BYTES if is_tiled else _STRIP_BYTES: (4, tuple(map(len, chunks))),
-    }
-    entries, beyond = b"", b""
-    behind = at + 2 + 12 * len(tags) + 4
-    for tag, (kind, values) in sorted(tags.items()):
-        kind = 4 if kind in (16, 18) else kind
-        letter = _TYPES[kind]
-        form = f"{len(values[0])}s" if letter == "s" else f"{len(values)}{letter[0]}"
-        value = struct.pack(f"{order}{form}", *values)
-        count = len(values[0]) if letter == "s" else len(values) // len(letter)
-        if len(value) > 4:
-            place = struct.pack(f"{order}I", behind + len(beyond))
-            value, beyond = place, beyond + value + bytes(len(value) % 2)
-        entries += struct.pack(f"{order}HHI", tag, kind, count) + value.ljust(4, b"\0")
-    head = (b"II*\0" if order == "<" else b"MM\0*") + struct.pack(f"{order}I", at)
-    pixels = decode(head + b"".join(filled) + struct.pack(f"{order}H", len(tags)) + entries + bytes(4) + beyond)
-    if pixels is None:
-        raise ValueError("the picture is damaged or cut short, or of a kind of TIFF that is not read")
-    return pixels
+def _is_plain(page: Any) -> bool:
+    """Whether tifffile reads a page without its codecs: grey, or red, green and blue, in whole bytes."""
+    is_colour = page.photometric == _RGB and page.samplesperpixel in (3, 4)
+    is_grey = page.photometric in (_WHITE_IS_0, _BLACK_IS_0) and page.samplesperpixel == 1
+    is_whole = page.bitspersample in (8, 16, 32, 64) and page.dtype is not None and page.imagedepth == 1
+    is_read = page.compression in (_STORED, *_DEFLATED) and page.predictor in _PREDICTORS
+    return (is_colour or is_grey) and is_whole and is_read
+
+
+def _as_opencv(page: Any, pixels: np.ndarray) -> np.ndarray:
+    """A page's numbers with its colours last, in OpenCV's order, and without opacity that is applied already."""
+    if page.photometric != _RGB:
+        return np.iinfo(pixels.dtype).max - pixels if page.photometric == _WHITE_IS_0 else pixels
+    last = np.moveaxis(pixels, 0, 2) if page.planarconfig == _SEPARATE else pixels
+    bgr = np.ascontiguousarray(last[:, :, [2, 1, 0, 3][: last.shape[2]]])
+    return bgr if page.extrasamples[:1] == (_UNASSOCIATED,) else _opaque(bgr)
+
+
+def _opaque(pixels: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(pixels[:, :, :3]) if pixels.ndim == 3 and pixels.shape[2] == 4 else pixels
+
+
+def _compression(page: Any) -> str:
+    return getattr(page.compression, "name", str(page.compression))

@@ -51,7 +51,7 @@ class Pages(Indexed):
         self._path, self._lock = Path(source), threading.Lock()
         try:
             with self._path.open("rb") as file:
-                data = self._open.enter_context(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+                data = self._open.enter_context(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_COPY))
             self._pages = decoding.tiff_pages(data, source) if is_tiff(data) else []
             self._times_s = [] if self._pages else _times_s(self._path)
         except SourceError:

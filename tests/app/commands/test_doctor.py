@@ -36,7 +36,7 @@ def test_a_line_for_each_finding_and_nothing_secret(home, monkeypatch, capsys):
     names = [line[8:].split("  ")[0].strip() for line in lines[:-1]]
     for name in ("dockpose", "python", "system", "numpy", "viser", "numba", "av", "pictures", "videos", "cameras"):
         assert name in names
-    for name in ("port", "temporary folder", "sessions", "settings", "threshold methods", "self test"):
+    for name in ("port", "temporary folder", "sessions", "settings", "opencv", "self test"):
         assert name in names
     text = "\n".join(lines)
     assert "secret-name" not in text
@@ -82,7 +82,7 @@ def test_one_check_that_fails_leaves_the_others(home, monkeypatch):
     assert states[2][0] == "port"
 
 
-def test_a_port_that_is_taken_is_told_with_a_free_one(monkeypatch):
+def test_a_port_that_is_taken_is_told(monkeypatch):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -103,33 +103,44 @@ def test_folders_that_cannot_be_written(tmp_path):
 
 
 def test_decoders_that_are_missing(monkeypatch):
-    monkeypatch.setattr(doctor, "_VIDEOS", {"ffv1": ("ffv1", "gray"), "h264": ("no_such_encoder", "gray"), "zzz": None})
-    finding, *others = doctor._videos()
-    assert [one.text for one in others if one.state != OK] == []  # a small video was written and read back
-    assert (finding.state, finding.text) == (WARNING, "ffv1, h264 can be read; zzz cannot")
-    monkeypatch.setattr(doctor, "_NEEDED_VIDEOS", ("zzz",))
-    assert next(doctor._videos()).state == BROKEN
-    monkeypatch.setattr(doctor, "_PICTURES", (".png", ".zzz"))
-    assert next(doctor._pictures()).text == "png can be read; zzz cannot"
+    monkeypatch.setattr(doctor, "_PICTURES", ("png", "zzz"))
+    monkeypatch.setattr(doctor, "_VIDEOS", ("ffv1", "zzz"))
+    told = [(one.name, one.state, one.text) for one in doctor._decoders()]
+    text = "can be read; zzz cannot"
+    assert told == [("pictures", WARNING, f"png {text}"), ("videos", WARNING, f"ffv1 {text}")]
+    monkeypatch.setattr(doctor, "_NEEDED_DECODERS", {"zzz"})
+    assert [one.state for one in doctor._decoders()] == [BROKEN, BROKEN]
 
 
-def test_a_video_that_cannot_be_read_back_is_broken(monkeypatch):
-    assert doctor._film().state == OK
-    monkeypatch.setattr(doctor, "open_frames", lambda path: 1 / 0)
-    finding = doctor._film()
-    assert (finding.state, "cannot be read: ZeroDivisionError" in finding.text) == (BROKEN, True)
-
-
-@pytest.mark.parametrize("other", [None, "opencv-python", "opencv-contrib-python"])
-def test_another_build_of_opencv_beside_ours_is_told(monkeypatch, other):
+@pytest.mark.parametrize(
+    ("installed", "state", "ending"),
+    [
+        (["opencv-python-headless"], OK, "; opencv-python-headless"),
+        (["opencv-python"], OK, "; opencv-python"),
+        (["opencv-python-headless", "opencv-python"], WARNING, "uninstall all of them, then install one"),
+        ([], WARNING, cv2.__version__),
+    ],
+)
+def test_builds_of_opencv_that_overwrite_each_other_are_told(monkeypatch, installed, state, ending):
     def version(package):
-        if package not in ("opencv-python-headless", other):
+        if package.startswith("opencv") and package not in installed:
             raise PackageNotFoundError(package)
         return "5.0"
 
     monkeypatch.setattr(doctor, "version", version)
-    told = [(one.name, one.state) for one in doctor._other_opencv()]
-    assert told == ([] if other is None else [(other, WARNING)])
+    finding = found(doctor._versions)["opencv"]
+    assert (finding.state, finding.text.endswith(ending)) == (state, True)
+
+
+def test_a_package_that_is_missing_is_broken_unless_it_is_optional(monkeypatch):
+    def version(package):
+        if package != "dockpose":
+            raise PackageNotFoundError(package)
+        return "1.0"
+
+    monkeypatch.setattr(doctor, "version", version)
+    findings = found(doctor._versions)
+    assert (findings["numpy"].state, findings["pandas"].state) == (BROKEN, OK)
 
 
 @pytest.mark.skipif(not os.path.isdir("/dev"), reason="cameras are listed in /dev alone")

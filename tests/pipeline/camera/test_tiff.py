@@ -2,11 +2,14 @@
 
 import io
 import struct
+import zlib
 
+import cv2
 import numpy as np
 import pytest
 import tifffile
 from dockpose.camera.image import ImageError, decode
+from dockpose.camera.tiff import pages
 
 RNG = np.random.default_rng(0)
 STORED = [
@@ -96,6 +99,27 @@ def test_a_file_that_claims_too_much_is_refused_before_it_is_decoded():
     assert huge != data
     with pytest.raises(ImageError, match="megapixels"):
         decode(huge, "dock.tif")
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16])
+def test_what_tifffile_has_no_codec_for_is_decoded_page_by_page(kind, tmp_path):
+    stack = [noise(kind, 60, 80, 3) for _ in range(3)]
+    cv2.imwritemulti(str(tmp_path / "lzw.tif"), stack, [cv2.IMWRITE_TIFF_COMPRESSION, 5])
+    for page, wanted in zip(pages((tmp_path / "lzw.tif").read_bytes()), stack, strict=True):
+        np.testing.assert_array_equal(page.decoded(), wanted)
+
+
+def test_what_unpacks_to_more_than_its_size_is_refused():
+    packed = zlib.compress(bytes(100_000_000))
+    data = tiff(noise(np.uint8, 60, 80), compression="deflate")
+    (size,) = pages(data)[0].file.pages[0].databytecounts
+    (place,) = (at for at in range(len(data)) if data[at : at + 4] == struct.pack("<HH", 279, 4))
+    assert struct.unpack("<I", data[place + 8 : place + 12]) == (size,)
+    bomb = data[: place + 8] + struct.pack("<I", len(packed)) + data[place + 12 :]
+    (offsets,) = (at for at in range(len(data)) if data[at : at + 4] == struct.pack("<HH", 273, 4))
+    bomb = bomb[: offsets + 8] + struct.pack("<I", len(bomb)) + bomb[offsets + 12 :] + packed
+    with pytest.raises(ImageError, match="more is packed in it than it is large"):
+        decode(bomb, "dock.tif")
 
 
 def test_a_ring_of_pages_ends():

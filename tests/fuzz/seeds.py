@@ -24,6 +24,7 @@ from dockpose.files import to_yaml
 from dockpose.tracking.tracker import Tracker
 from mcap.writer import CompressionType
 
+from tests.pipeline.camera.formats.test_readers import FORMS
 from tests.support import bags as ros
 
 CAMERA, DOCK = Camera(fx=90, fy=90, cx=47.5, cy=35.5, width=96, height=72), Dock(0.30, 8)
@@ -81,9 +82,17 @@ def cameras() -> list[bytes]:
         path, written = Path(folder) / "c.yaml", []
         for camera in (CAMERA, lens, fisheye, port):
             for kind in FORMATS if camera.port is None else ("dockpose",):
-                save_camera(camera, path, kind)
-                written.append(path.read_bytes())
+                if kind != "kalibr" or not any(camera.distortion[4:]):
+                    save_camera(camera, path, kind)
+                    written.append(path.read_bytes())
     return written
+
+
+@functools.cache
+def camera_forms() -> list[bytes]:
+    """Camera files of other programs."""
+    contents = [content for content, _ in FORMS.values()]
+    return [content if isinstance(content, bytes) else content.encode() for content in contents]
 
 
 @functools.cache

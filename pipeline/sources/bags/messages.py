@@ -5,7 +5,7 @@ from typing import Any
 import cv2
 import numpy as np
 from dockpose.camera.camera import Camera
-from dockpose.camera.files import CalibrationFile, Matrix, camera_of_calibration
+from dockpose.camera.formats.readers import Described
 from dockpose.camera.image import ImageError, decode
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
@@ -73,6 +73,5 @@ def camera_in(message: Any, is_rectified: bool = False) -> Camera | None:
     matrix = matrix.copy()
     matrix[:2, 2] -= (x, y)
     distortion = [] if is_rectified else D.tolist()
-    model = None if is_rectified else message.distortion_model or None  # a driver that knows none leaves it empty
-    matrices = Matrix(3, 3, matrix.ravel().tolist()), Matrix(1, len(distortion), distortion)
-    return camera_of_calibration(CalibrationFile(width, height, *matrices, model))
+    model = "" if is_rectified else message.distortion_model  # a driver that knows none leaves it empty
+    return Described(matrix, distortion, (width, height), model).camera(None, lambda note: None)

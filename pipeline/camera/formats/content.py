@@ -9,6 +9,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
+from dockpose.camera.formats.mat import mat_content
 from dockpose.files import MOST_BYTES, FileError, parse_yaml
 
 LARGEST_BYTES = 5_000_000  # of a file that is not YAML; MATLAB and calib.io keep every corner beside the camera
@@ -24,7 +25,7 @@ def content_of(data: bytes, name: str) -> Any:
         if data.startswith(b"PK\x03\x04"):
             return _npz(data)
         if data.startswith(b"MATLAB"):
-            return _mat(data)
+            return mat_content(data)
         if data.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(b"<"):
             return _xml(data)
         if data.lstrip()[:1] in (b"{", b"["):
@@ -66,21 +67,6 @@ def _npz(data: bytes) -> dict[str, Any]:
     except Exception as error:  # which errors damaged archives raise is not documented
         raise ValueError(f"is a damaged archive of NumPy ({error})") from error
     return found
-
-
-def _mat(data: bytes) -> dict[str, Any]:
-    import scipy.io
-
-    try:
-        return _without_arrays(scipy.io.loadmat(io.BytesIO(data), simplify_cells=True))
-    except Exception as error:  # as above
-        raise ValueError("is a MAT file that cannot be read; save a struct, as of toStruct, with -v7") from error
-
-
-def _without_arrays(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _without_arrays(each) for key, each in value.items()}
-    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
 
 
 def _xml(data: bytes) -> dict[str, Any]:

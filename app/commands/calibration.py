@@ -1,13 +1,12 @@
 """What is measured once: a camera file from a board's pictures or video, a dock file from a video of the dock."""
 
 import argparse
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from dockpose.app.commands.arguments import camera_of, dock_of
+from dockpose.app.commands.arguments import camera_of, dock_of, two_numbers
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, kept_at_stop, put, say
 from dockpose.app.commands.progress import FrameProgress
 from dockpose.app.errors import UserError, blaming, check_place, writing
@@ -28,6 +27,7 @@ from dockpose.sources import Kind, kind_of, list_pictures, open_frames
 from dockpose.sources.pictures import read_tagged
 
 _OF_FRAMES = (Kind.PAGES, Kind.VIDEO, Kind.CAMERA, Kind.STREAM)
+_OF_FOUR = "tangential"
 _RULE = "light   outwards mm     along mm        off plane mm"
 KNOWN = {"lens": {"choices": LENS_CHOICES}, "in": {"choices": MEDIA}, "format": {"choices": FORMATS}}
 
@@ -41,6 +41,9 @@ def run_calibrate(arguments: argparse.Namespace) -> int:
     gathering, looked = gathered(arguments.sources, board)
     try:
         done = calibrate_gathered(gathering, arguments.lens)
+        if arguments.format == "kalibr" and len(done.camera.distortion) > 4:
+            say(f"--format kalibr has four coefficients: the lens is fitted as --lens {_OF_FOUR}")
+            done = calibrate_gathered(gathering, _OF_FOUR)
     except CalibrationError as error:
         seen = "" if looked is None else f" ({looked.in_words(len(gathering.sightings))})"
         raise UserError(f"{' '.join(arguments.sources)}: {error}{seen}") from error
@@ -114,11 +117,9 @@ def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | 
 
 
 def _board(arguments: argparse.Namespace) -> Board:
-    match = re.fullmatch(r"(\d+)\s*[xX×*]\s*(\d+)", arguments.board.strip())
-    if match is None:
-        raise UserError(f"--board {arguments.board}: must be columns x rows, as 10x7")
+    counts = two_numbers(f"--board {arguments.board}", arguments.board, "columns x rows, as 10x7")
     with blaming(f"--board {arguments.board}, --square, --charuco, --marker: "):
-        return Board(int(match[1]), int(match[2]), arguments.square, arguments.charuco, arguments.marker)
+        return Board(*counts, arguments.square, arguments.charuco, arguments.marker)
 
 
 def _pictures(paths: Sequence[Path]) -> Iterator[tuple[str, np.ndarray | None]]:

@@ -36,6 +36,7 @@ KNOWN = {"method": {"choices": METHODS}, "words": {"least_px": Settings().min_ar
 
 # What does not go with --session.
 _OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock", "vehicle")
+_OWN += ("camera_size",)
 _WRITTEN = ("json", "csv", "annotate", "out", "rerun", "record")
 _MOST_NUMBERS = 4  # of a row that are listed one by one
 

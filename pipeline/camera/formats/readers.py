@@ -83,13 +83,13 @@ class Described:
         if not {len(bent), len(self.distortion)} & {0, *lengths}:
             wanted = " or ".join(map(str, filter(None, lengths)))
             raise ValueError(f"distortion_coefficients has {len(self.distortion)} values; {self.model} has {wanted}")
-        for note in (f"its skew of {skew:g} pixels is taken as none" if skew else "", self.note):
-            if note:
-                tell(note)
         if self.size is None and size is None:
             raise NoSizeError(
                 "does not say for which pictures it is (image_width, image_height); say --camera-size WxH"
             )
+        for note in (f"its skew of {skew:g} pixels is taken as none" if skew else "", self.note):
+            if note:
+                tell(note)
         return Camera(fx, fy, cx, cy, *(self.size or size or ()), bent, fisheye=plain(self.model) in FISHEYES)
 
 
@@ -107,6 +107,11 @@ def cameras_in(content: Any, levels: int = _MOST_LEVELS) -> dict[str, Described]
         inner = cameras_in(each, levels - 1)
         found |= {str(key): camera for camera in inner.values()} if len(inner) == 1 else inner
     return found
+
+
+def is_known(content: Fields) -> bool:
+    """Whether a reader knows what stands in a file."""
+    return any(knows(content) for knows, _ in READERS)
 
 
 def plain(name: Any) -> str:

@@ -39,7 +39,7 @@ def mat_content(data: bytes) -> dict[str, Any]:
             if kind == _MATRIX and left > 0:
                 name, value = _matrix(content, order, _MOST_LEVELS)
                 found[name] = value
-    except (zlib.error, struct.error, ValueError, LookupError, OverflowError):
+    except (zlib.error, struct.error, ValueError, LookupError, OverflowError, TypeError):
         pass  # what came before may do
     if not found:
         raise ValueError("is a MAT file without a variable that can be read; save a struct, as of toStruct, with -v7")

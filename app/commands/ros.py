@@ -241,7 +241,7 @@ def filled(message: Any, fields: dict[str, Any]) -> Any:
         kind = kinds[name]
         if isinstance(value, dict):
             filled(getattr(message, name), value)
-        elif isinstance(value, list) and kind.startswith("sequence<"):
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
             inner = message_class(kind.removeprefix("sequence<").removesuffix(">"))
             setattr(message, name, [filled(inner(), one) for one in value])
         else:

@@ -103,11 +103,12 @@ def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose")
     elif file_format == "dockpose":
         text = to_yaml({"camera": msgspec.to_builtins(camera)})
     else:
-        text = to_yaml(_ros_content(camera) if file_format == "ros" else _kalibr_content(camera))
+        text = to_yaml(ros_content(camera) if file_format == "ros" else _kalibr_content(camera))
     write_whole(Path(path), text.encode())
 
 
-def _ros_content(camera: Camera) -> dict[str, Any]:
+def ros_content(camera: Camera) -> dict[str, Any]:
+    """The content of a camera file as ROS's calibrator writes it."""
     # ROS requires five coefficients for plumb_bob, four for equidistant.
     distortion = list(camera.distortion) + [0.0] * max(0, (4 if camera.fisheye else 5) - len(camera.distortion))
     model = {4: "equidistant", 5: "plumb_bob"}.get(len(distortion), "rational_polynomial")

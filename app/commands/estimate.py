@@ -95,7 +95,8 @@ def _estimate(parts: Sequence[Batch | FrameSource | None], settings: Settings, h
             stopped = console.stop_in(error)
             console.say(f"stopped after {count(results.frames, 'frame')}, whose results are kept")
             return console.status_of(stopped)
-    results.put_sum("pictures" if all(isinstance(part, Batch) for part in parts) else "frames")
+    if all(isinstance(part, Batch) for part in parts):
+        results.put_sum()
     if results.failures:
         console.say(
             f"on {count(len(results.failures), 'frame')} the threshold method failed; first: {results.failures[0]}"

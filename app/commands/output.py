@@ -94,10 +94,10 @@ class ResultWriter:
             for file in recordings:
                 file.write(with_pictures, line["time_s"], line["time_unix_s"])
 
-    def put_sum(self, noun: str) -> None:
-        """Say in how many of several frames a dock was found."""
+    def put_sum(self) -> None:
+        """Say in how many of several pictures a dock was found."""
         if self.frames > 1 and not self._is_silent:
-            put(f"{self.docks} of {self.frames} {noun} show a dock")
+            put(f"{self.docks} of {self.frames} pictures show a dock")
 
     def record(self, line: dict[str, Any]) -> None:
         """Write a frame's JSON object and row."""

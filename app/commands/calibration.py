@@ -1,8 +1,10 @@
 """What is measured once: a camera file from a board's pictures or video, a dock file from a video of the dock."""
 
 import argparse
+import contextlib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +17,7 @@ from dockpose.app.export.words import MEDIA, camera_lines, outcome
 from dockpose.app.inputs.pictures import expand, known, save_dock
 from dockpose.app.inputs.sequences import typed
 from dockpose.app.processing.calibration import Looked, dock_views, gather
-from dockpose.camera.board import Board
+from dockpose.camera.board import Board, count_squares
 from dockpose.camera.calibrate import LENS_CHOICES, UNREADABLE, BoardView, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage
 from dockpose.camera.files import FORMATS, load_camera, save_camera
@@ -27,6 +29,7 @@ from dockpose.sources import Kind, kind_of, list_pictures, open_frames
 from dockpose.sources.pictures import read_tagged
 
 _OF_FRAMES = (Kind.PAGES, Kind.VIDEO, Kind.CAMERA, Kind.STREAM)
+_LOOKED_AT = 60  # frames of a video in which the board's size is looked for
 _OF_FOUR = "tangential"
 _RULE = "light   outwards mm     along mm        off plane mm"
 KNOWN = {"lens": {"choices": LENS_CHOICES}, "in": {"choices": MEDIA}, "format": {"choices": FORMATS}}
@@ -117,9 +120,29 @@ def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | 
 
 
 def _board(arguments: argparse.Namespace) -> Board:
+    if arguments.board is None:
+        arguments.board = _board_in(arguments)
     counts = two_numbers(f"--board {arguments.board}", arguments.board, "columns x rows, as 10x7")
     with blaming(f"--board {arguments.board}, --square, --charuco, --marker: "):
         return Board(*counts, arguments.square, arguments.charuco, arguments.marker)
+
+
+def _board_in(arguments: argparse.Namespace) -> str:
+    """The size of the board that the sources show, which is said, as 10x7."""
+    sources, frames = arguments.sources, any(kind_of(source) in _OF_FRAMES for source in arguments.sources)
+    if arguments.charuco is not None or any(kind_of(source) in (Kind.CAMERA, Kind.STREAM) for source in sources):
+        raise UserError("--board is needed with --charuco, and for a live camera: columns x rows of squares, as 10x7")
+    with open_frames(sources[0], grey=True) if frames else contextlib.nullcontext() as video:
+        if video is None:
+            greys = (grey for _, grey in _pictures(expand(sources)) if grey is not None)
+        else:
+            step = max(1, (video.count or 0) // _LOOKED_AT)
+            greys = (to_levels(to_grey(frame.image))[0] for frame in islice(video, 0, None, step))
+        counts = count_squares(greys)
+    if counts is None:
+        raise UserError(f"{' '.join(sources)}: no chessboard is found whole; show all of it, or say --board, as 10x7")
+    say(f"the board has {counts[0]} x {counts[1]} squares, as most pictures show; --board sets another size")
+    return f"{counts[0]}x{counts[1]}"
 
 
 def _pictures(paths: Sequence[Path]) -> Iterator[tuple[str, np.ndarray | None]]:

@@ -52,7 +52,23 @@ def completed(path: Path, camera: Camera | None, dock: Dock | None) -> tuple[Cam
 
 
 def load_dock(path: str | Path) -> Dock:
-    """Read the dock of a dock file, or of any YAML that has one."""
+    """Read the dock of a dock file, or of any YAML that has one.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Dock
+        The dock that it describes.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, is not YAML, or describes no dock.
+    """
     content = read_yaml(path)
     if "dock" not in content:
         keys = ", ".join(map(str, content)) or "none"

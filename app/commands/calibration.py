@@ -1,11 +1,8 @@
 """What is measured once: a camera file from a board's pictures or video, a dock file from a video of the dock."""
 
 import argparse
-import contextlib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import islice
-from pathlib import Path
 
 import numpy as np
 from dockpose.app.commands.arguments import camera_of, dock_of, two_numbers
@@ -16,20 +13,17 @@ from dockpose.app.export.parts import sentences
 from dockpose.app.export.words import MEDIA, camera_lines, outcome
 from dockpose.app.inputs.pictures import expand, known, save_dock
 from dockpose.app.inputs.sequences import typed
-from dockpose.app.processing.calibration import Looked, dock_views, gather
-from dockpose.camera.board import Board, count_squares
+from dockpose.app.processing.calibration import dock_views
+from dockpose.camera.board import Board
 from dockpose.camera.calibrate import LENS_CHOICES, UNREADABLE, BoardView, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage
 from dockpose.camera.files import FORMATS, load_camera, save_camera
 from dockpose.camera.fitting import CalibrationError, fit_port
-from dockpose.camera.image import orientation_sentence, to_grey, to_levels
 from dockpose.pose.learned.learning import LearnedDock, LearningError, learn_dock
 from dockpose.pose.learned.views import DockView
 from dockpose.sources import Kind, kind_of, list_pictures, open_frames
-from dockpose.sources.pictures import read_tagged
+from dockpose.sources.boards import Looked, gather, grey_pictures, is_of_frames, squares_in
 
-_OF_FRAMES = (Kind.PAGES, Kind.VIDEO, Kind.CAMERA, Kind.STREAM)
-_LOOKED_AT = 60  # frames of a video in which the board's size is looked for
 _OF_FOUR = "tangential"
 _RULE = "light   outwards mm     along mm        off plane mm"
 KNOWN = {"lens": {"choices": LENS_CHOICES}, "in": {"choices": MEDIA}, "format": {"choices": FORMATS}}
@@ -89,17 +83,15 @@ def _tell(views: Sequence[BoardView], looked: Looked | None, used: int, about: S
 
 def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | None]:
     """The boards in pictures, or in the frames of the one video or live source that was named."""
-    if not any(kind_of(source) in _OF_FRAMES for source in sources):
+    if not is_of_frames(sources):
         gathering = Gathering(board)
         paths = expand(sources)
         sought = f"looking for a board of {board.columns} x {board.rows} squares"
         with FrameProgress(sought, total=len(paths), unit="pictures") as progress:
-            for name, grey in _pictures(paths):
+            for name, grey in grey_pictures(paths, say):
                 gathering.add(name, grey)
                 progress.step()
         return gathering, None
-    if len(sources) > 1:
-        raise UserError(f"{' '.join(sources)}: a video or live camera is calibrated alone")
     gathering = Gathering(board, distinct=True)
     with FrameProgress(sources[0]) as progress, open_frames(sources[0], progress.tell, grey=True) as frames:
         looked = Looked()
@@ -121,43 +113,14 @@ def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | 
 
 def _board(arguments: argparse.Namespace) -> Board:
     if arguments.board is None:
-        arguments.board = _board_in(arguments)
+        if arguments.charuco is not None:
+            raise UserError("--board is needed with --charuco: columns x rows of squares, as 10x7")
+        counts = squares_in(arguments.sources)
+        say(f"the board has {counts[0]} x {counts[1]} squares, as most pictures show; --board sets another size")
+        arguments.board = f"{counts[0]}x{counts[1]}"
     counts = two_numbers(f"--board {arguments.board}", arguments.board, "columns x rows, as 10x7")
     with blaming(f"--board {arguments.board}, --square, --charuco, --marker: "):
         return Board(*counts, arguments.square, arguments.charuco, arguments.marker)
-
-
-def _board_in(arguments: argparse.Namespace) -> str:
-    """The size of the board that the sources show, which is said, as 10x7."""
-    sources, frames = arguments.sources, any(kind_of(source) in _OF_FRAMES for source in arguments.sources)
-    if arguments.charuco is not None or any(kind_of(source) in (Kind.CAMERA, Kind.STREAM) for source in sources):
-        raise UserError("--board is needed with --charuco, and for a live camera: columns x rows of squares, as 10x7")
-    with open_frames(sources[0], grey=True) if frames else contextlib.nullcontext() as video:
-        if video is None:
-            greys = (grey for _, grey in _pictures(expand(sources)) if grey is not None)
-        else:
-            step = max(1, (video.count or 0) // _LOOKED_AT)
-            greys = (to_levels(to_grey(frame.image))[0] for frame in islice(video, 0, None, step))
-        counts = count_squares(greys)
-    if counts is None:
-        raise UserError(f"{' '.join(sources)}: no chessboard is found whole; show all of it, or say --board, as 10x7")
-    say(f"the board has {counts[0]} x {counts[1]} squares, as most pictures show; --board sets another size")
-    return f"{counts[0]}x{counts[1]}"
-
-
-def _pictures(paths: Sequence[Path]) -> Iterator[tuple[str, np.ndarray | None]]:
-    """Names and grey pictures of 8 bits, None for what cannot be read."""
-    told = {1}
-    for path in paths:
-        try:
-            image, _, _, tag = read_tagged(path)
-        except (OSError, ValueError):
-            yield path.name, None
-            continue
-        if tag not in told:
-            told.add(tag)
-            say(orientation_sentence(tag, str(path)))
-        yield path.name, to_levels(to_grey(image))[0]
 
 
 def run_learn_dock(arguments: argparse.Namespace) -> int:

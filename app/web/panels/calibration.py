@@ -20,7 +20,6 @@ from dockpose.app.errors import UserError
 from dockpose.app.export.words import MEDIA, camera_lines, outcome
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import LatestWorker, Progress
-from dockpose.app.processing.calibration import Looked, gather
 from dockpose.app.state.camera import camera_file, with_own_camera
 from dockpose.app.web.html import small
 from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel
@@ -29,6 +28,7 @@ from dockpose.camera.calibrate import BoardView, Calibration, Gathering, calibra
 from dockpose.camera.coverage import Coverage, coverage_of
 from dockpose.camera.image import decode, to_grey, to_levels
 from dockpose.sources import VIDEO_ENDINGS, Video
+from dockpose.sources.boards import Looked, gather
 
 _BY_HAND = "you dropped it"
 _MOST = 200  # pictures, after which the oldest that were left out are forgotten

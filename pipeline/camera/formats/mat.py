@@ -60,7 +60,7 @@ def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
 
 
 def _array(element: tuple[int, memoryview], order: str) -> np.ndarray:
-    return np.frombuffer(element[1], np.dtype(_TYPES[element[0]]).newbyteorder(order))
+    return np.frombuffer(element[1], order + _TYPES[element[0]])
 
 
 def _matrix(data: memoryview, order: str, levels: int) -> tuple[str, Any]:

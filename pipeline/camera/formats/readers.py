@@ -90,7 +90,8 @@ class Described:
         for note in (f"its skew of {skew:g} pixels is taken as none" if skew else "", self.note):
             if note:
                 tell(note)
-        return Camera(fx, fy, cx, cy, *(self.size or size or ()), bent, fisheye=plain(self.model) in FISHEYES)
+        width, height = self.size or size or (0, 0)
+        return Camera(fx, fy, cx, cy, width, height, bent, fisheye=plain(self.model) in FISHEYES)
 
 
 def cameras_in(content: Any, levels: int = _MOST_LEVELS) -> dict[str, Described]:
@@ -217,7 +218,8 @@ def _camodocal(content: Fields) -> Iterator[tuple[str, Described]]:
         raise _refuse("camera model", model, "calibrate with PINHOLE or KANNALA_BRANDT")
     is_fisheye = model == "KANNALA_BRANDT"
     parts = [content.get(name) or {} for name in ("projection_parameters", "distortion_parameters")]
-    fields = {names.get(key, key) if is_fisheye else key: value for part in parts for key, value in part.items()}
+    given = {str(key): value for part in parts for key, value in part.items()}
+    fields = {names.get(key, key): value for key, value in given.items()} if is_fisheye else given
     yield "", _named(fields, "fisheye" if is_fisheye else "", _size(_folded(content)))
 
 

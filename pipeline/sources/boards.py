@@ -9,9 +9,11 @@ from pathlib import Path
 
 import numpy as np
 from dockpose.camera.board import Board, Sighting, count_squares
-from dockpose.camera.calibrate import ALIKE, NO_BOARD, Calibration, Gathering, calibrate_gathered
+from dockpose.camera.calibrate import ALIKE, LENS_CHOICES, NO_BOARD, Calibration, Gathering, calibrate_gathered
+from dockpose.camera.calibrate import calibrate as calibrate_pictures
 from dockpose.camera.coverage import Coverage, coverage_of
 from dockpose.camera.image import orientation_sentence, to_grey, to_levels
+from dockpose.checks import check_is, check_one_of
 from dockpose.sources.frames import Frames, SourceError, Tell
 from dockpose.sources.opening import Kind, kind_of, open_frames
 from dockpose.sources.pictures import list_pictures, read_tagged
@@ -150,19 +152,20 @@ def calibrate(
     """
     if (board is None) == (square_m is None):
         raise ValueError("board and square_m: give a Board, or the side of its squares in metres")
-    pictures = None if isinstance(source, (str, os.PathLike)) else list(source)
-    sources = [os.fspath(source)] if isinstance(source, (str, os.PathLike)) else []
-    if board is None:
-        shown = [to_levels(to_grey(image))[0] for _, image in pictures or () if image is not None]
-        counts = squares_in(sources) if pictures is None else count_squares(shown)
-        if counts is None:
-            raise ValueError("source shows no chessboard whole; give its Board")
-        board = Board(*counts, square_m or 0.0)
-    gathering = Gathering(board, distinct=bool(sources) and is_of_frames(sources))
-    if gathering.distinct:
-        with open_frames(sources[0], grey=True) as frames:
-            gather(frames, gathering)
-    else:
-        for name, image in grey_pictures(list_pictures(sources[0])) if pictures is None else pictures:
-            gathering.add(name, image)
+    if not isinstance(source, (str, os.PathLike)):
+        if board is None:
+            source = list(source)
+            counts = count_squares(to_levels(to_grey(image))[0] for _, image in source if image is not None)
+            if counts is None:
+                raise ValueError("source shows no chessboard whole; give its Board")
+            board = Board(*counts, square_m or 0.0)
+        return calibrate_pictures(source, board, lens)
+    check_one_of("lens", lens, LENS_CHOICES)
+    sources = [os.fspath(source)]
+    board = check_is("board", board or Board(*squares_in(sources), square_m or 0.0), Board)
+    if not is_of_frames(sources):
+        return calibrate_pictures(grey_pictures(list_pictures(sources[0])), board, lens)
+    gathering = Gathering(board, distinct=True)
+    with open_frames(sources[0], grey=True) as frames:
+        gather(frames, gathering)
     return calibrate_gathered(gathering, lens)

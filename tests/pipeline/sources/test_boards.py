@@ -71,9 +71,12 @@ def test_python_takes_what_the_command_takes(folder):
 
 @pytest.mark.parametrize(
     ("words", "message"),
-    [({}, "board and square_m"), ({"board": CHESSBOARD, "square_m": 0.1}, "board and square_m")],
+    [
+        *(({}, "board and square_m"), ({"board": CHESSBOARD, "square_m": 0.1}, "board and square_m")),
+        *(({"board": "10x7"}, "must be a Board"), ({"square_m": 0.1, "lens": "zoom"}, "lens is 'zoom'")),
+    ],
 )
-def test_a_board_or_the_side_of_its_squares_is_needed(folder, words, message):
+def test_what_is_asked_for_wrongly_is_named(folder, words, message):
     with pytest.raises(ValueError, match=message):
         dockpose.calibrate(folder, **words)
 

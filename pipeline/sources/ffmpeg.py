@@ -139,22 +139,31 @@ def _breaks_off(path: Path, formats: list[str]) -> bool:
         return whole_boxes(path)[1]
     length, at = path.stat().st_size, 0
     with path.open("rb") as file:
-        head = file.read(64)
-        if (
-            "matroska" in formats
-        ):  # sizes have as many bytes as the first has leading zeros, and may be unknown: all ones
-            at = 5 + (head[4] & 0x7F)
-            zeros = 8 - head[at + 4].bit_length() if head[at : at + 4] == b"\x18\x53\x80\x67" else 8
-            size, most = int.from_bytes(head[at + 4 : at + 5 + zeros], "big"), 1 << 7 * (zeros + 1)
-            return zeros < 8 and size % most != most - 1 and at + 5 + zeros + size % most > length
+        head = file.read(256).ljust(300, b"\0")
+        if "matroska" in formats:
+            size, at = _vint(head, 4)  # of the file's head, which the segment follows
+            at += size or 0
+            if head[at : at + 4] != b"\x18\x53\x80\x67":
+                return False
+            size, at = _vint(head, at + 4)
+            return size is not None and at + size > length
         while "avi" in formats and head[:4] == b"RIFF":
             size = int.from_bytes(head[4:8], "little")
-            if size == 0 or at + 8 + size > length:  # a recorder that was killed leaves 0
+            if (
+                size == 0 or at + size > length
+            ):  # a recorder that was killed leaves 0, and some count the 8 bytes before
                 return True
             at += 8 + size + size % 2
             file.seek(at)
             head = file.read(8)
     return False
+
+
+def _vint(head: bytes, at: int) -> tuple[int | None, int]:
+    """A size of Matroska, None where unknown, and where it ends; leading zeros tell its length."""
+    length = 9 - head[at].bit_length()
+    size, most = int.from_bytes(head[at : at + length], "big"), (1 << 7 * length) - 1
+    return (None if size & most == most else size & most), at + length
 
 
 def _opened_cut_short(source: str) -> InputContainer | None:

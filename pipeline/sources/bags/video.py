@@ -109,6 +109,8 @@ class FoxgloveVideo:
     def __init__(self, data: bytes) -> None:
         _, fields = _fields(data)
         stamp, _ = _fields(fields.get(1, b""))
+        if max(stamp.values(), default=0) >= 1 << 32:  # beyond which ROS has no time either
+            raise struct.error("a time stamp that cannot be")
         self.stamp_ns = stamp.get(1, 0) * 10**9 + stamp.get(2, 0)
         self.data, self.format = fields.get(3, b""), fields.get(4, b"").decode("utf-8", "replace")
 

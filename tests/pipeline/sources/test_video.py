@@ -381,6 +381,14 @@ def read_frames(path, data):
         return found, told, frames
 
 
+def test_the_head_of_a_matroska_file_may_give_its_size_in_eight_bytes(tmp_path):
+    data = eight_frames(tmp_path / "a.mkv", "ffv1")
+    assert data[4] & 0x80
+    data[4:5] = bytes([1, *bytes(6), data[4] & 0x7F])  # as GStreamer writes it
+    assert not read_frames(tmp_path / "a.mkv", data)[2].is_cut_short
+    assert read_frames(tmp_path / "a.mkv", data[: len(data) * 2 // 3])[2].is_cut_short
+
+
 def test_a_header_that_counts_more_frames_than_there_are_is_an_estimate(tmp_path):
     data = eight_frames(tmp_path / "a.avi", "mjpeg", "yuvj420p")
     for begin in (data.find(b"avih") + 24, data.find(b"strh") + 40):

@@ -10,9 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from dockpose.camera.camera import Camera
+    from dockpose.camera.files import load_camera
     from dockpose.dock import Dock, Entrance
     from dockpose.estimate import Estimate, Settings, estimate
     from dockpose.guidance import Guidance, guide
+    from dockpose.sidecar import load_dock
+    from dockpose.simulate.files import load_scene
+    from dockpose.sources.boards import calibrate
     from dockpose.sources.opening import open_frames
     from dockpose.thresholds import register_threshold
     from dockpose.tracking.tracker import Track, Tracked, Tracker
@@ -34,8 +38,12 @@ __all__ = [
     "Tracker",
     "Vehicle",
     "__version__",
+    "calibrate",
     "estimate",
     "guide",
+    "load_camera",
+    "load_dock",
+    "load_scene",
     "load_vehicle",
     "open_frames",
     "register_threshold",
@@ -43,10 +51,14 @@ __all__ = [
 
 _HOMES = {
     "camera.camera": ("Camera",),
+    "camera.files": ("load_camera",),
     "dock": ("Dock", "Entrance"),
     "estimate": ("Estimate", "estimate"),
     "guidance": ("Guidance", "guide"),
     "settings": ("Settings",),
+    "sidecar": ("load_dock",),
+    "simulate.files": ("load_scene",),
+    "sources.boards": ("calibrate",),
     "sources.opening": ("open_frames",),
     "thresholds": ("register_threshold",),
     "tracking.tracker": ("Track", "Tracked", "Tracker"),

@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 from dockpose.camera.camera import Camera
 from dockpose.camera.files import load_camera
+from dockpose.camera.formats.readers import is_known
 from dockpose.dock import Dock
 from dockpose.files import FileError, read_yaml
 from dockpose.pose.known import KnownPose, read_known_pose
@@ -30,7 +31,7 @@ def read_sidecar(picture: Path) -> Sidecar:
     if not path.is_file():
         return Sidecar()
     content = read_yaml(path)
-    has_camera = "camera" in content or "camera_matrix" in content
+    has_camera = "camera" in content or is_known(content)
     return Sidecar(
         camera=load_camera(path) if has_camera else None,
         dock=dock_from(content["dock"], path) if "dock" in content else None,
@@ -51,7 +52,23 @@ def completed(path: Path, camera: Camera | None, dock: Dock | None) -> tuple[Cam
 
 
 def load_dock(path: str | Path) -> Dock:
-    """Read the dock of a dock file, or of any YAML that has one."""
+    """Read the dock of a dock file, or of any YAML that has one.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Dock
+        The dock that it describes.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, is not YAML, or describes no dock.
+    """
     content = read_yaml(path)
     if "dock" not in content:
         keys = ", ".join(map(str, content)) or "none"

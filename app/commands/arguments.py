@@ -7,11 +7,12 @@ import math
 import re
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from dockpose import Camera, Dock, Settings, Vehicle, load_vehicle
+from dockpose.app.commands.console import say
 from dockpose.app.errors import UserError, blaming, writing
 from dockpose.app.experiment.record import files_of_session, is_session
 from dockpose.app.export.recording import check_name
@@ -19,10 +20,10 @@ from dockpose.app.export.video import is_video_file
 from dockpose.app.inputs.protected import Claims, Protected, files_below, files_of, is_on_disk, places
 from dockpose.app.inputs.sequences import is_sequence, wishes_from
 from dockpose.app.resources import read_toml
-from dockpose.camera.files import load_camera
+from dockpose.camera.files import NoSizeError, load_camera, split_name
 from dockpose.lights.masks import Mask, check_masks
 from dockpose.sidecar import load_dock, sample_source
-from dockpose.sources import Kind, Wishes, kind_of
+from dockpose.sources import Kind, Wishes, kind_of, open_frames
 from dockpose.text import printable
 
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
@@ -89,7 +90,7 @@ def _is_shared(arguments: argparse.Namespace, option: str, value: str) -> bool:
 def _read_by(arguments: argparse.Namespace) -> Iterator[Path]:
     """Files that a command reads, as far as its words tell."""
     given = {name: value for name, value in vars(arguments).items() if value is not None}
-    yield from (Path(given[name]) for name in READ if name in given)
+    yield from (split_name(given[name])[0] for name in READ if name in given)
     for source in [*given.get("sources", ()), *(given[name] for name in ("source", "session") if name in given)]:
         yield from files_of_session(Path(source)) if is_session(Path(source)) else files_of(source)
     if "folder" in given:
@@ -105,10 +106,44 @@ def check_least(arguments: argparse.Namespace, **least: int) -> None:
             raise UserError(f"--{name} is {getattr(arguments, name)}; it must be at least {value}")
 
 
-def camera_of(arguments: argparse.Namespace) -> Camera | None:
-    """The camera that was named; None where none was. Raises UserError where its file is wrong."""
+def camera_of(arguments: argparse.Namespace, tell: Callable[[str], None] = say) -> Camera | None:
+    """The camera that was named, or None; where its file says no size, that of the first picture. Raises UserError."""
+    path, text = arguments.camera, getattr(arguments, "camera_size", None)
+    size = (
+        None if text is None else two_numbers(f"--camera-size {text}", text, "width x height in pixels, as 1920x1080")
+    )
+    if path is None:
+        return None
     with blaming("--camera: "):
-        return None if arguments.camera is None else load_camera(arguments.camera)
+        try:
+            camera = load_camera(path, size=size, tell=tell)
+        except NoSizeError:
+            if (size := _size_of_first(arguments)) is None:
+                raise
+            tell(f"{path}: does not say for which pictures it is; it is taken for these, {size[0]} x {size[1]}")
+            camera = load_camera(path, size=size, tell=tell)
+    if size is not None and (camera.width, camera.height) != size:
+        raise UserError(f"--camera-size {text}: {path} is for {camera.width} x {camera.height} pixels; leave it out")
+    return camera
+
+
+def _size_of_first(arguments: argparse.Namespace) -> tuple[int, int] | None:
+    """Width and height of the first picture or frame of the first source; None where none can be had at once."""
+    given = vars(arguments)
+    source = given.get("source") or next(iter(given.get("sources") or ()), None)
+    if source is not None and kind_of(source) not in (Kind.CAMERA, Kind.STREAM):
+        with contextlib.suppress(ValueError), open_frames(source, topic=given.get("topic")) as frames:
+            for frame in frames:
+                return frame.image.shape[1], frame.image.shape[0]
+    return None
+
+
+def two_numbers(argument: str, text: str, wanted: str) -> tuple[int, int]:
+    """Read two whole numbers, as 10x7."""
+    match = re.fullmatch(r"(\d{1,9})\s*[xX×*]\s*(\d{1,9})", text.strip())
+    if match is None:
+        raise UserError(f"{argument}: must be {wanted}")
+    return int(match[1]), int(match[2])
 
 
 def vehicle_of(arguments: argparse.Namespace) -> Vehicle | None:

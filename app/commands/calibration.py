@@ -1,13 +1,11 @@
 """What is measured once: a camera file from a board's pictures or video, a dock file from a video of the dock."""
 
 import argparse
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
-from dockpose.app.commands.arguments import camera_of, dock_of
+from dockpose.app.commands.arguments import camera_of, dock_of, two_numbers
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, kept_at_stop, put, say
 from dockpose.app.commands.progress import FrameProgress
 from dockpose.app.errors import UserError, blaming, check_place, writing
@@ -15,19 +13,18 @@ from dockpose.app.export.parts import sentences
 from dockpose.app.export.words import MEDIA, camera_lines, outcome
 from dockpose.app.inputs.pictures import expand, known, save_dock
 from dockpose.app.inputs.sequences import typed
-from dockpose.app.processing.calibration import Looked, dock_views, gather
+from dockpose.app.processing.calibration import dock_views
 from dockpose.camera.board import Board
 from dockpose.camera.calibrate import LENS_CHOICES, UNREADABLE, BoardView, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage
 from dockpose.camera.files import FORMATS, load_camera, save_camera
 from dockpose.camera.fitting import CalibrationError, fit_port
-from dockpose.camera.image import orientation_sentence, to_grey, to_levels
 from dockpose.pose.learned.learning import LearnedDock, LearningError, learn_dock
 from dockpose.pose.learned.views import DockView
 from dockpose.sources import Kind, kind_of, list_pictures, open_frames
-from dockpose.sources.pictures import read_tagged
+from dockpose.sources.boards import Looked, gather, grey_pictures, is_of_frames, squares_in
 
-_OF_FRAMES = (Kind.PAGES, Kind.VIDEO, Kind.CAMERA, Kind.STREAM)
+_OF_FOUR = "tangential"
 _RULE = "light   outwards mm     along mm        off plane mm"
 KNOWN = {"lens": {"choices": LENS_CHOICES}, "in": {"choices": MEDIA}, "format": {"choices": FORMATS}}
 
@@ -41,6 +38,9 @@ def run_calibrate(arguments: argparse.Namespace) -> int:
     gathering, looked = gathered(arguments.sources, board)
     try:
         done = calibrate_gathered(gathering, arguments.lens)
+        if arguments.format == "kalibr" and len(done.camera.distortion) > 4:
+            say(f"--format kalibr has four coefficients: the lens is fitted as --lens {_OF_FOUR}")
+            done = calibrate_gathered(gathering, _OF_FOUR)
     except CalibrationError as error:
         seen = "" if looked is None else f" ({looked.in_words(len(gathering.sightings))})"
         raise UserError(f"{' '.join(arguments.sources)}: {error}{seen}") from error
@@ -83,17 +83,15 @@ def _tell(views: Sequence[BoardView], looked: Looked | None, used: int, about: S
 
 def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | None]:
     """The boards in pictures, or in the frames of the one video or live source that was named."""
-    if not any(kind_of(source) in _OF_FRAMES for source in sources):
+    if not is_of_frames(sources):
         gathering = Gathering(board)
         paths = expand(sources)
         sought = f"looking for a board of {board.columns} x {board.rows} squares"
         with FrameProgress(sought, total=len(paths), unit="pictures") as progress:
-            for name, grey in _pictures(paths):
+            for name, grey in grey_pictures(paths, say):
                 gathering.add(name, grey)
                 progress.step()
         return gathering, None
-    if len(sources) > 1:
-        raise UserError(f"{' '.join(sources)}: a video or live camera is calibrated alone")
     gathering = Gathering(board, distinct=True)
     with FrameProgress(sources[0]) as progress, open_frames(sources[0], progress.tell, grey=True) as frames:
         looked = Looked()
@@ -114,26 +112,15 @@ def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | 
 
 
 def _board(arguments: argparse.Namespace) -> Board:
-    match = re.fullmatch(r"(\d+)\s*[xX×*]\s*(\d+)", arguments.board.strip())
-    if match is None:
-        raise UserError(f"--board {arguments.board}: must be columns x rows, as 10x7")
+    if arguments.board is None:
+        if arguments.charuco is not None:
+            raise UserError("--board is needed with --charuco: columns x rows of squares, as 10x7")
+        counts = squares_in(arguments.sources)
+        say(f"the board has {counts[0]} x {counts[1]} squares, as most pictures show; --board sets another size")
+        arguments.board = f"{counts[0]}x{counts[1]}"
+    counts = two_numbers(f"--board {arguments.board}", arguments.board, "columns x rows, as 10x7")
     with blaming(f"--board {arguments.board}, --square, --charuco, --marker: "):
-        return Board(int(match[1]), int(match[2]), arguments.square, arguments.charuco, arguments.marker)
-
-
-def _pictures(paths: Sequence[Path]) -> Iterator[tuple[str, np.ndarray | None]]:
-    """Names and grey pictures of 8 bits, None for what cannot be read."""
-    told = {1}
-    for path in paths:
-        try:
-            image, _, _, tag = read_tagged(path)
-        except (OSError, ValueError):
-            yield path.name, None
-            continue
-        if tag not in told:
-            told.add(tag)
-            say(orientation_sentence(tag, str(path)))
-        yield path.name, to_levels(to_grey(image))[0]
+        return Board(*counts, arguments.square, arguments.charuco, arguments.marker)
 
 
 def run_learn_dock(arguments: argparse.Namespace) -> int:

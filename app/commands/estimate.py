@@ -35,6 +35,7 @@ KNOWN = {"method": {"choices": METHODS}, "words": {"least_px": Settings().min_ar
 
 # What does not go with --session.
 _OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock", "vehicle")
+_OWN += ("camera_size",)
 _WRITTEN = ("json", "csv", "annotate", "out", "record")
 _MOST_NUMBERS = 4  # of a row that are listed one by one
 
@@ -91,6 +92,8 @@ def _estimate(parts: Sequence[Batch | FrameSource | None], settings: Settings, h
             stopped = console.stop_in(error)
             console.say(f"stopped after {count(results.frames, 'frame')}, whose results are kept")
             return console.status_of(stopped)
+    if all(isinstance(part, Batch) for part in parts):
+        results.put_sum()
     if results.failures:
         console.say(
             f"on {count(len(results.failures), 'frame')} the threshold method failed; first: {results.failures[0]}"

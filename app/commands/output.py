@@ -39,7 +39,10 @@ class ResultWriter:
         self._table = None if csv_file is None else csv.DictWriter(csv_file, CSV_COLUMNS)
         if self._table is not None:
             self._table.writeheader()
-        self.frames, self.failures = 0, list[str]()
+        self.frames = self.docks = 0
+        self.failures = list[str]()
+        self._is_silent = to.quiet or "-" in (to.json, to.csv)
+        self._has_files = any((to.json, to.csv, to.annotate))
         self._folders: dict[Path, PictureFolder] = {}
 
     def folder(self, path: Path) -> "PictureFolder":
@@ -77,11 +80,18 @@ class ResultWriter:
             self.held.add(line)
         if self.to.annotate is not None:
             keep(drawn())
-        elif self._json is None and self._table is None:
+        # Of a sequence, whose progress is shown, the files tell; of pictures by themselves a line tells too.
+        if not self._is_silent and (seen.track is None or not self._has_files):
             put(f"{label}: {_sentences(line, seen.trust)}")
         self.frames += 1
+        self.docks += line["status"] == "ok"
         if bag is not None:
             bag.write(dataclasses.replace(seen, picture=drawn()), line["time_s"], line["time_unix_s"])
+
+    def put_sum(self) -> None:
+        """Say in how many of several pictures a dock was found."""
+        if self.frames > 1 and not self._is_silent:
+            put(f"{self.docks} of {self.frames} pictures show a dock")
 
     def record(self, line: dict[str, Any]) -> None:
         """Write a frame's JSON object and row."""

@@ -7,14 +7,13 @@ from collections.abc import Callable
 from typing import Any
 
 from dockpose import Camera, Dock, Settings, Vehicle, load_vehicle
-from dockpose.app.commands.arguments import dock_of
+from dockpose.app.commands.arguments import camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, say
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import UserError
 from dockpose.app.export.recordings.ros import TOPICS, Message, Seen, header, messages_of, status_of
 from dockpose.app.processing.analysis import headline_of
 from dockpose.app.processing.following import Following
-from dockpose.camera.files import load_camera
 from dockpose.camera.image import ImageError
 from dockpose.sidecar import load_dock
 from dockpose.sources import Frame
@@ -109,6 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
     dock = dock_of(arguments)
     defaults = {
         "camera_file": arguments.camera or "",
+        "camera_size": arguments.camera_size or "",
         "dock_file": arguments.dock or "",
         "vehicle_file": arguments.vehicle or "",
         "dock_diameter_m": 0.0 if dock is None else dock.diameter,
@@ -222,7 +222,8 @@ def logic_of(values: dict[str, Any], tell: Callable[[str], None]) -> NodeLogic:
         dock = Dock(float(values["dock_diameter_m"]), values["lights"] or None)
     else:
         raise UserError(f"dock_diameter_m is {values['dock_diameter_m']}; it must be the dock's diameter in metres")
-    camera = load_camera(values["camera_file"]) if values["camera_file"] else None
+    named = argparse.Namespace(camera=values["camera_file"] or None, camera_size=values.get("camera_size") or None)
+    camera = camera_of(named, tell)
     vehicle = load_vehicle(values["vehicle_file"]) if values["vehicle_file"] else None
     return NodeLogic(tell, dock, Settings(method=values["method"]), camera, values["image_topic"], vehicle)
 
@@ -240,7 +241,7 @@ def filled(message: Any, fields: dict[str, Any]) -> Any:
         kind = kinds[name]
         if isinstance(value, dict):
             filled(getattr(message, name), value)
-        elif isinstance(value, list) and kind.startswith("sequence<"):
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
             inner = message_class(kind.removeprefix("sequence<").removesuffix(">"))
             setattr(message, name, [filled(inner(), one) for one in value])
         else:

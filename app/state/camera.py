@@ -1,6 +1,7 @@
 """Whose camera and dock are in force, and changes of the camera that are no single number, as its port or file."""
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -148,7 +149,11 @@ def with_default_values(view: View) -> View:
 
 def with_camera_file(view: View, data: bytes, name: str) -> View:
     """Take the camera of a file that a browser sent; it is My tank's from then on."""
-    loaded = with_own_camera(view, read_sent(data, name, load_camera), name)
+    notes: list[str] = []
+    size = view.image.shape[1], view.image.shape[0]
+    camera = read_sent(data, name, lambda path: load_camera(path, size=size, tell=notes.append))
+    note = re.sub(r"^\S*sent\.yaml", name, " ".join(notes))
+    loaded = with_own_camera(replace(view, note=note), camera, name)
     return replace(loaded, given_camera=loaded.camera, given_of=("tank", loaded.given_of[1]))
 
 

@@ -1,6 +1,7 @@
 """Boards of squares for calibration: where their corners are in a picture, and how sharp it is."""
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -15,6 +16,9 @@ _LONGEST_PX = 1400  # larger pictures are searched at half this size first, and 
 _LARGEST_PX = 1800  # to which smaller ones are enlarged in the end, at most to twice their size
 _FLAT_SHARE = 0.08  # of the picture's longer side: lighting that varies over more than this is evened out
 _QUICK: Any = partial(cv2.findChessboardCornersSB, flags=cv2.CALIB_CB_NORMALIZE_IMAGE)
+# Boards of at least a size: the first sees large ones whole, and misses small ones that the second sees.
+_LARGER = [cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_LARGER | more for more in (cv2.CALIB_CB_EXHAUSTIVE, 0)]
+_ENOUGH = 6  # pictures that show a board of one size
 _EXHAUSTIVE: Any = partial(cv2.findChessboardCornersSB, flags=cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_EXHAUSTIVE)
 # Sees rims and bent boards that the others don't.
 _CLASSIC: Any = partial(
@@ -99,6 +103,21 @@ class Sighting:
         off = self.picture_px[:, None] - self.picture_px[None]
         smallest_px = np.sqrt((off**2).sum(axis=2) + 1e18 * np.eye(len(off))).min()
         return bool(self.edge_px > _BLURRED * smallest_px)
+
+
+def count_squares(greys: Iterable[np.ndarray]) -> tuple[int, int] | None:
+    """Columns and rows of squares of the chessboard that most pictures (H, W) of 8 bits show; None where none do."""
+    found: Counter[tuple[int, int]] = Counter()
+    for grey in greys:
+        size = min(1.0, _LONGEST_PX / max(grey.shape))
+        seen = cv2.resize(grey, None, fx=size, fy=size, interpolation=cv2.INTER_AREA)
+        looks = (cv2.findChessboardCornersSBWithMeta(seen, (FEWEST_SQUARES,) * 2, way) for way in _LARGER)
+        meta = next((meta for is_there, _, meta in looks if is_there), None)
+        if meta is not None:  # which way it lies differs from picture to picture
+            found[max(meta.shape) + 1, min(meta.shape) + 1] += 1
+            if max(found.values()) >= _ENOUGH and max(found.values()) > found.total() / 2:
+                break
+    return max(found, key=lambda counts: (found[counts], counts), default=None)
 
 
 def find_board(

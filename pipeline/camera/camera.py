@@ -13,9 +13,11 @@ from dockpose.camera.tone import TONES, check_tone
 from dockpose.checks import as_points, check_is, check_number, check_turn, check_whole, make_plain
 from numpy.typing import ArrayLike
 
-DISTORTION_LENGTHS = (0, 4, 5, 8)
+DISTORTION_LENGTHS = (0, 4, 5, 8, 12, 14)
 FISHEYE_LENGTHS = (0, 4)
 _SLOPE_STEP_PX = 0.01
+# Coefficients that a quarter turn clockwise exchanges: the first becomes the second, and that the first, negated.
+_EXCHANGED = ((3, 2), (8, 10), (9, 11), (12, 13))
 
 
 class Camera(
@@ -35,8 +37,8 @@ class Camera(
     width, height : int, pixels
         Size of the pictures that these intrinsics are for.
     distortion : tuple of float
-        None, 4 or 5 coefficients (plumb_bob: k1 k2 p1 p2 k3) or 8 (rational: ... k4 k5 k6), in OpenCV's order; none or
-        4 for a fisheye lens.
+        None, 4 or 5 coefficients (plumb_bob: k1 k2 p1 p2 k3), 8 (rational: ... k4 k5 k6), 12 (thin prism: ... s1 s2 s3
+        s4) or 14 (tilted sensor: ... tau_x tau_y), in OpenCV's order; none or 4 for a fisheye lens.
     port : FlatPort, optional
         The flat window in front of a camera that was calibrated in air. None for a camera calibrated in the water, or
         behind a dome whose centre is the camera's centre: there every ray meets the glass at right angles and is not
@@ -229,13 +231,16 @@ class Camera(
     def rotated(self, degrees: int) -> "Camera":
         """The camera of the picture turned clockwise by 0, 90, 180 or 270; by 90, (x, y, z) becomes (-y, x, z)."""
         camera = self
+        if degrees in (90, 270) and all(self.distortion[12:]) and self.distortion[12:]:
+            raise ValueError(f"degrees is {degrees}; a camera with a sensor tilted about both axes turns by 180 alone")
         for _ in range(check_turn("degrees", degrees) // 90):
-            distortion = camera.distortion
+            bent = list(camera.distortion)
             turned = {"fx": ("fy", 1.0), "fy": ("fx", 1.0), "cx": ("cy", 1.0), "cy": ("cx", -1.0)}
-            if not camera.fisheye and len(distortion) >= 4:
-                k1, k2, p1, p2, *rest = distortion
-                distortion = (k1, k2, p2, -p1, *rest)
-                turned |= {"distortion[2]": ("distortion[3]", -1.0), "distortion[3]": ("distortion[2]", 1.0)}
+            for one, other in _EXCHANGED:
+                if max(one, other) < len(bent) and not camera.fisheye:
+                    bent[other], bent[one] = bent[one], -bent[other]
+                    turned[f"distortion[{one}]"] = (f"distortion[{other}]", 1.0)
+                    turned[f"distortion[{other}]"] = (f"distortion[{one}]", -1.0)
             camera = msgspec.structs.replace(
                 camera,
                 fx=camera.fy,
@@ -244,7 +249,7 @@ class Camera(
                 cy=camera.cx,
                 width=camera.height,
                 height=camera.width,
-                distortion=distortion,
+                distortion=tuple(bent),
                 **transformed(camera, turned),
             )
         return camera

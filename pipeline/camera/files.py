@@ -1,5 +1,6 @@
-"""Camera files in YAML: ROS camera_info, OpenCV FileStorage and our own."""
+"""Camera files: those of many programs are read, and our own, ROS's, OpenCV's and Kalibr's written."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -7,40 +8,28 @@ import cv2
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
+from dockpose.camera.formats.content import LARGEST_BYTES, content_of
+from dockpose.camera.formats.readers import NoSizeError, cameras_in
 from dockpose.checks import check_one_of
-from dockpose.files import FileError, read_yaml, to_yaml, write_whole
+from dockpose.files import FileError, read_small, to_yaml, write_whole
+from dockpose.text import shown
 
-FORMATS = ("dockpose", "ros", "opencv")
-# Lens models as ROS and OpenCV name them, and how many coefficients each has; the last two are the same model.
-_DISTORTION_MODELS = {"plumb_bob": (4, 5), "rational_polynomial": (8,), "equidistant": (4,), "fisheye": (4,)}
-_FISHEYE_MODELS = ("equidistant", "fisheye")
+FORMATS = ("dockpose", "ros", "opencv", "opencv-xml", "kalibr")
 
 
-class Matrix(msgspec.Struct):
-    """A matrix of so many rows and columns."""
-
-    rows: int
-    cols: int
-    data: list[float]
-
-
-class CalibrationFile(msgspec.Struct):
-    """The keys that ROS camera_info and OpenCV's calibration share; others are ignored."""
-
-    image_width: int
-    image_height: int
-    camera_matrix: Matrix
-    distortion_coefficients: Matrix
-    distortion_model: str | None = None
-
-
-def load_camera(path: str | Path) -> Camera:
-    """Read a camera file in any of the three formats.
+def load_camera(
+    path: str | Path, *, size: tuple[int, int] | None = None, tell: Callable[[str], None] = lambda note: None
+) -> Camera:
+    """Read a camera file, be it ours or that of another program; the docs list them.
 
     Parameters
     ----------
     path : str or Path
-        The file.
+        The file; with ``#NAME`` behind it one of several cameras in it, without it the first.
+    size : (int, int), pixels, optional
+        Width and height of the pictures that it is for, where the file does not say it.
+    tell : callable
+        Gets a sentence on what was assumed or changed.
 
     Returns
     -------
@@ -50,20 +39,40 @@ def load_camera(path: str | Path) -> Camera:
     Raises
     ------
     FileError
-        If the file cannot be read, is not YAML, lacks a key, or has one of the wrong type or shape.
+        If the file cannot be read, is none that is known, or lacks a number or has a wrong one; its kind `NoSizeError`
+        where it does not say for which pictures it is.
     """
-    content = read_yaml(path)
+    file, wanted = split_name(path)
+    content = content_of(read_small(file, LARGEST_BYTES), str(file))
     try:
-        if "camera" in content:
+        is_own = isinstance(content, dict) and "camera" in content
+        found = {} if is_own and not wanted and not cameras_in(content["camera"]) else cameras_in(content)
+        if is_own and not found:
             return msgspec.convert(content["camera"], Camera, strict=False)
-        if "camera_matrix" in content or "image_width" in content:
-            return camera_of_calibration(msgspec.convert(content, CalibrationFile, strict=False))
-    except (msgspec.ValidationError, ValueError) as error:
-        raise FileError(f"{path}: {error}") from error
-    raise FileError(
-        f"{path}: is not a camera file: it has neither the key camera (dockpose) nor camera_matrix (ROS, OpenCV); "
-        f"its keys are {', '.join(map(str, content)) or 'none'}"
-    )
+        if wanted and wanted not in found:
+            raise ValueError(f"has no camera {shown(wanted)}; it has {', '.join(map(shown, found)) or 'none'}")
+        if found:
+            name = wanted or next(iter(found))
+            if not wanted and len(found) > 1:
+                tell(f"{file}: has the cameras {', '.join(found)}; {name} is taken, {file}#NAME takes another")
+            return found[name].camera(size, lambda note: tell(f"{file}: {note}"))
+    except NoSizeError as error:
+        raise NoSizeError(f"{file}: {error}") from error
+    except ValueError as error:
+        raise FileError(f"{file}: {error}") from error
+    except (LookupError, TypeError, AttributeError, OverflowError) as error:
+        raise FileError(f"{file}: is not as its program writes it ({shown(error)})") from error
+    keys = ", ".join(map(str, content)) if isinstance(content, dict) else ""
+    raise FileError(f"{file}: is not a camera file of a kind that is known; its keys are {keys or 'none'}")
+
+
+def split_name(path: str | Path) -> tuple[Path, str]:
+    """The file that FILE or FILE#NAME names, and the name."""
+    text = str(path)
+    if "#" not in text or Path(path).exists():
+        return Path(path), ""
+    file, _, name = text.rpartition("#")
+    return Path(file), name
 
 
 def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose") -> None:
@@ -75,55 +84,34 @@ def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose")
         The camera to write.
     path : str or Path
         Where to write it; an existing file is replaced.
-    file_format : {"dockpose", "ros", "opencv"}
-        Our own YAML, ROS camera_info YAML or OpenCV FileStorage YAML.
+    file_format : {"dockpose", "ros", "opencv", "opencv-xml", "kalibr"}
+        Our own YAML, ROS camera_info YAML, OpenCV FileStorage as YAML or XML, or Kalibr's camchain.
 
     Raises
     ------
     ValueError
-        If the format is unknown, or cannot hold a port or a tone curve.
+        If the format is unknown, or has no place for a port, a tone curve or a coefficient.
     """
     check_one_of("file_format", file_format, FORMATS)
-    for name, is_there in (("port", camera.port is not None), ("tone", camera.tone != "linear")):
+    is_long = file_format == "kalibr" and any(camera.distortion[4:])
+    lacks = {"port": camera.port is not None, "tone": camera.tone != "linear", "fifth coefficient": is_long}
+    for name, is_there in lacks.items():
         if is_there and file_format != "dockpose":
             raise ValueError(f"file_format is {file_format!r}, which has no place for the {name}; use dockpose")
-    if file_format == "opencv":
-        write_whole(Path(path), _opencv_text(camera).encode())
-        return
-    content = {"camera": msgspec.to_builtins(camera)} if file_format == "dockpose" else _ros_content(camera)
-    write_whole(Path(path), to_yaml(content).encode())
+    if file_format.startswith("opencv"):
+        text = _opencv_text(camera, ".xml" if file_format.endswith("xml") else ".yml")
+    elif file_format == "dockpose":
+        text = to_yaml({"camera": msgspec.to_builtins(camera)})
+    else:
+        text = to_yaml(ros_content(camera) if file_format == "ros" else _kalibr_content(camera))
+    write_whole(Path(path), text.encode())
 
 
-def camera_of_calibration(file: CalibrationFile) -> Camera:
-    """Return the camera that ROS camera_info or OpenCV's calibration describes."""
-    matrix = _values("camera_matrix", file.camera_matrix)
-    if matrix.shape != (3, 3):
-        raise ValueError(f"camera_matrix is {matrix.shape[0]} x {matrix.shape[1]}; it must be 3 x 3")
-    (fx, skew, cx), (zero, fy, cy), last = matrix.tolist()
-    if skew != 0 or zero != 0 or last != [0, 0, 1]:
-        raise ValueError(f"camera_matrix is {matrix.tolist()}; it must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
-    distortion = _values("distortion_coefficients", file.distortion_coefficients).ravel()
-    model = file.distortion_model
-    if model is not None:
-        check_one_of("distortion_model", model, _DISTORTION_MODELS)
-        if len(distortion) not in (0, *_DISTORTION_MODELS[model]):
-            wanted = " or ".join(map(str, _DISTORTION_MODELS[model]))
-            raise ValueError(f"distortion_coefficients has {len(distortion)} values; {model} has {wanted}")
-    coefficients = tuple(distortion.tolist())
-    size = file.image_width, file.image_height
-    return Camera(fx, fy, cx, cy, *size, coefficients, fisheye=model in _FISHEYE_MODELS)
-
-
-def _values(name: str, matrix: Matrix) -> np.ndarray:
-    if matrix.rows < 0 or matrix.cols < 0 or matrix.rows * matrix.cols != len(matrix.data):
-        raise ValueError(f"{name} says {matrix.rows} x {matrix.cols}, but its data has {len(matrix.data)} values")
-    return np.array(matrix.data).reshape(matrix.rows, matrix.cols)
-
-
-def _ros_content(camera: Camera) -> dict[str, Any]:
+def ros_content(camera: Camera) -> dict[str, Any]:
+    """The content of a camera file as ROS's calibrator writes it."""
     # ROS requires five coefficients for plumb_bob, four for equidistant.
     distortion = list(camera.distortion) + [0.0] * max(0, (4 if camera.fisheye else 5) - len(camera.distortion))
-    model = {4: "equidistant", 5: "plumb_bob", 8: "rational_polynomial"}[len(distortion)]
+    model = {4: "equidistant", 5: "plumb_bob"}.get(len(distortion), "rational_polynomial")
     matrix = [float(value) for value in camera.matrix.ravel()]
     projection = np.hstack([camera.matrix, np.zeros((3, 1))])
     return {
@@ -138,8 +126,22 @@ def _ros_content(camera: Camera) -> dict[str, Any]:
     }
 
 
-def _opencv_text(camera: Camera) -> str:
-    storage = cv2.FileStorage(".yml", cv2.FileStorage_WRITE | cv2.FileStorage_MEMORY)
+def _kalibr_content(camera: Camera) -> dict[str, Any]:
+    return {
+        "cam0": {
+            "cam_overlaps": [],
+            "camera_model": "pinhole",
+            "distortion_coeffs": [*camera.distortion, *[0.0] * 4][:4],
+            "distortion_model": "equi" if camera.fisheye else "radtan",
+            "intrinsics": [camera.fx, camera.fy, camera.cx, camera.cy],
+            "resolution": [camera.width, camera.height],
+            "rostopic": "/camera/image_raw",
+        }
+    }
+
+
+def _opencv_text(camera: Camera, ending: str) -> str:
+    storage = cv2.FileStorage(ending, cv2.FileStorage_WRITE | cv2.FileStorage_MEMORY)
     storage.write("image_width", camera.width)
     storage.write("image_height", camera.height)
     storage.write("camera_matrix", camera.matrix)

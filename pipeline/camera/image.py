@@ -246,6 +246,15 @@ def _without_alpha(image: np.ndarray) -> np.ndarray:
     return blended
 
 
+def _conversion(array: np.ndarray) -> str:
+    """What makes a picture of an array of whole numbers or bool, for a message."""
+    if array.dtype.kind == "b":
+        return ", as 255 * image.astype(np.uint8)"
+    if array.dtype.kind not in "iu" or array.min() < 0 or array.max() > 65535:
+        return ""
+    return f", as image.astype(np.uint{8 if array.max() < 256 else 16})"
+
+
 def as_picture(image: Any, name: str = "image") -> np.ndarray:
     """Return an array as a picture. ``image`` (H, W); returns (H, W) in pixels."""
     if np.ma.is_masked(image):
@@ -263,5 +272,5 @@ def as_picture(image: Any, name: str = "image") -> np.ndarray:
         array = np.rint(array * np.float64(65535)).astype(np.uint16)
     if array.dtype.kind != "u" or array.dtype.itemsize > 2:
         wanted = "8 or 16 bit (uint8 or uint16), or floats from 0 to 1"
-        raise ImageError(f"{name}: pixels are {array.dtype}; they must be {wanted}")
+        raise ImageError(f"{name}: pixels are {array.dtype}; they must be {wanted}{_conversion(array)}")
     return _without_alpha(array.astype(array.dtype.newbyteorder("="), copy=False))

@@ -4,7 +4,7 @@ import itertools
 import os
 from array import array
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -45,24 +45,31 @@ class Order:
     ranks: np.ndarray | None  # (N,): index of the frame of each packet of the file; None where only the decoder knows
     joins: tuple[int, ...] = ()  # packets at which the clock jumps
     is_sought: bool = False  # whether stamps identify the frames
+    is_torn: bool = False  # whether the last packet is damaged, or reading ended by an error
 
 
 def order_of(container: InputContainer, stream: av.VideoStream) -> Order:
     """Read all packets of a video, as far as they can be read."""
     shown, sent = array("q"), array("q")
-    packets = container.demux(stream)
+    packets, is_torn = container.demux(stream), False
     while True:
         try:
             packet = next(packets)
-        except (StopIteration, FFmpegError):
+        except StopIteration:
+            break
+        except FFmpegError:
+            is_torn = True
             break
         if counts(packet):
+            is_torn = packet.is_corrupt
             shown.append(_NONE if packet.pts is None else packet.pts)
             sent.append(_NONE if packet.dts is None else packet.dts)
     name, is_mixed = container.format.name, stream.codec_context.has_b_frames
     # An AVI has no times for showing, and FFmpeg makes wrong ones up for frames that are sent in another order.
     is_guessed = name == "avi" and is_mixed and stream.codec_context.name in ("h264", "hevc")
-    return _order(np.array(shown), np.array(sent), is_mixed, is_guessed, name.startswith("mpeg"))
+    is_mpeg = name.startswith("mpeg")  # whose recordings begin and end anywhere
+    order = _order(np.array(shown), np.array(sent), is_mixed, is_guessed, is_mpeg)
+    return replace(order, is_torn=is_torn and not is_mpeg)
 
 
 def counts(packet: av.Packet) -> bool:
@@ -123,8 +130,40 @@ def video_in(source: str) -> tuple[InputContainer, bool]:
         container.close()
         uncoded = "is a video whose coding cannot be decoded here; convert it to H.264"
         raise SourceError(f"{source}: {uncoded if streams else 'has no video in it'}")
-    is_mp4 = "mp4" in container.format.name.split(",")
-    return container, is_mp4 and Path(source).is_file() and whole_boxes(Path(source))[1]
+    return container, Path(source).is_file() and _breaks_off(Path(source), container.format.name.split(","))
+
+
+def _breaks_off(path: Path, formats: list[str]) -> bool:
+    """Whether a file is shorter than its container says; a header's count of frames is an estimate and no sign."""
+    if "mp4" in formats:
+        return whole_boxes(path)[1]
+    length, at = path.stat().st_size, 0
+    with path.open("rb") as file:
+        head = file.read(256).ljust(300, b"\0")
+        if "matroska" in formats:
+            size, at = _vint(head, 4)  # of the file's head, which the segment follows
+            at += size or 0
+            if head[at : at + 4] != b"\x18\x53\x80\x67":
+                return False
+            size, at = _vint(head, at + 4)
+            return size is not None and at + size > length
+        while "avi" in formats and head[:4] == b"RIFF":
+            size = int.from_bytes(head[4:8], "little")
+            if (
+                size == 0 or at + size > length
+            ):  # a recorder that was killed leaves 0, and some count the 8 bytes before
+                return True
+            at += 8 + size + size % 2
+            file.seek(at)
+            head = file.read(8)
+    return False
+
+
+def _vint(head: bytes, at: int) -> tuple[int | None, int]:
+    """A size of Matroska, None where unknown, and where it ends; leading zeros tell its length."""
+    length = 9 - head[at].bit_length()
+    size, most = int.from_bytes(head[at : at + length], "big"), (1 << 7 * length) - 1
+    return (None if size & most == most else size & most), at + length
 
 
 def _opened_cut_short(source: str) -> InputContainer | None:

@@ -188,6 +188,7 @@ def growing(stamps: Sequence[int]) -> tuple[list[int], list[int]]:
     new = [0, *(index for index, step in enumerate(steps, 1) if step)]
     known = [times[index] for index in new]
     spread = np.interp(np.arange(len(times)), [*new, len(times)], [*known, known[-1] + usual])
+    spread = np.clip(spread, 0, 2.0**62)  # damaged stamps lead beyond 64 bits
     return np.rint(spread).astype(np.int64).tolist(), [index for index, step in enumerate(steps, 1) if step < 0]
 
 

@@ -139,10 +139,9 @@ class Video(Frames):
         if self._order is None:
             return
         count, joins = str(self._order.count), self._order.joins
-        if self._told is not None and self._order.count < self._told:
-            is_broken_off = True
-            count = f"{count} of the {self._told}"
-        if is_broken_off:
+        if is_broken_off or self._order.is_torn:
+            if self._told is not None and self._order.count < self._told:
+                count = f"{count} of the {self._told}"
             self.is_cut_short = True
             there = f"{count} frames are there, the last of them perhaps in part"
             self._tell(f"{self.source}: the video is cut short: {there}")

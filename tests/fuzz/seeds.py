@@ -21,10 +21,13 @@ from dockpose.app.state.view import open_source
 from dockpose.camera.files import FORMATS, save_camera
 from dockpose.camera.port import FlatPort
 from dockpose.files import to_yaml
+from dockpose.sources.bags.video import FFMPEG_PACKET, FOXGLOVE
 from dockpose.tracking.tracker import Tracker
 from mcap.writer import CompressionType
 
+from tests.pipeline.camera.formats.test_readers import FORMS
 from tests.support import bags as ros
+from tests.support import videos_in_bags
 
 CAMERA, DOCK = Camera(fx=90, fy=90, cx=47.5, cy=35.5, width=96, height=72), Dock(0.30, 8)
 SAMPLES = Path(__file__).parents[2] / "sample_images"
@@ -81,9 +84,17 @@ def cameras() -> list[bytes]:
         path, written = Path(folder) / "c.yaml", []
         for camera in (CAMERA, lens, fisheye, port):
             for kind in FORMATS if camera.port is None else ("dockpose",):
-                save_camera(camera, path, kind)
-                written.append(path.read_bytes())
+                if kind != "kalibr" or not any(camera.distortion[4:]):
+                    save_camera(camera, path, kind)
+                    written.append(path.read_bytes())
     return written
+
+
+@functools.cache
+def camera_forms() -> list[bytes]:
+    """Camera files of other programs."""
+    contents = [content for content, _ in FORMS.values()]
+    return [content if isinstance(content, bytes) else content.encode() for content in contents]
 
 
 @functools.cache
@@ -187,6 +198,8 @@ def bags() -> list[bytes]:
             ]
             ros.write_mcap(path, entries, compression=compression)
             written.append(path.read_bytes())
+        for kind in (FOXGLOVE, FFMPEG_PACKET):
+            written.append(videos_in_bags.write(path, kind, "h264", videos_in_bags.packets("h264", 4)).read_bytes())
     return written
 
 

@@ -99,8 +99,8 @@ def _in_file(read: Callable[[Path], object], name: str) -> Callable[[bytes], obj
 _FOLDERS: list[tempfile.TemporaryDirectory[str]] = []
 
 
-def _camera(path: Path) -> None:
-    camera = load_camera(path)
+def _camera(path: Path, size: tuple[int, int] | None = None) -> None:
+    camera = load_camera(path, size=size)
     with np.errstate(over="raise", divide="raise", invalid="raise"):
         points = np.array([[0.0, 0.0], [camera.cx, camera.cy], [camera.width - 1.0, camera.height - 1.0]])
         camera.undistort(points)
@@ -198,7 +198,7 @@ def array(data: bytes) -> None:
 
 def _drawn_camera(rng: np.random.Generator, some: Iterator[float]) -> Camera:
     port = FlatPort(next(some), next(some), 1 + next(some), 1 + next(some)) if rng.random() < 0.3 else None
-    distortion = tuple(next(some) / 100 for _ in range(int(rng.choice((0, 0, 4, 5, 8)))))
+    distortion = tuple(next(some) / 100 for _ in range(int(rng.choice((0, 0, 4, 5, 8, 12, 14)))))
     width, height = rng.integers(1, 5000, 2).tolist()
     return Camera(next(some), next(some), next(some), next(some), width, height, distortion, port)
 
@@ -236,7 +236,10 @@ def _any_bytes() -> list[bytes]:
 
 TARGETS: dict[str, Target] = {
     "picture": Target(picture, seeds.pictures, 0.06),
-    "camera": Target(_in_file(_camera, "camera.yaml"), seeds.cameras, 0.2),
+    "camera": Target(_in_file(_camera, "camera.yaml"), seeds.cameras, 0.1),
+    "camera forms": Target(
+        _in_file(functools.partial(_camera, size=(640, 480)), "camera.file"), seeds.camera_forms, 0.1
+    ),
     "dock": Target(_in_file(load_dock, "dock.yaml"), seeds.docks, 0.15),
     "scene": Target(_in_file(_scene, "scene.yaml"), seeds.scenes, 0.015),
     "sidecar": Target(_in_file(_beside, "beside.yaml"), seeds.scenes, 0.015),

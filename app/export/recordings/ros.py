@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -11,13 +11,17 @@ from typing import Any, BinaryIO, cast
 import cv2
 import numpy as np
 import yaml
-from dockpose import Estimate, Vehicle
+from dockpose import Camera, Estimate, Vehicle
+from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import UserError, unwritable, writing
+from dockpose.app.processing.analysis import headline_of, trust_of
 from dockpose.app.state.trust import Trust
+from dockpose.camera.files import ros_content
 from dockpose.files import GrowingFile
 from dockpose.guidance import entrance_of
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.uncertainty import UNKNOWN_ANGLE_RAD2, UNKNOWN_LENGTH_M2
+from dockpose.sources.bags.messages import CAMERA_INFO
 from dockpose.tracking import Track
 from dockpose.vehicle import BodyPose
 
@@ -36,6 +40,7 @@ TOPICS = {
     "/dock/entrance": _POSE,
     "/tf": _TF,
     "/dock/image/compressed": _PICTURE,
+    "/dock/camera_info": CAMERA_INFO,
 }
 _LEVELS = {"green": 0, "amber": 1, "red": 2}  # OK, WARN, ERROR of diagnostic_msgs/DiagnosticStatus
 _JPEG_QUALITY = 90
@@ -76,6 +81,8 @@ def messages_of(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> list[Mes
     message = pose_message(chosen, head)
     messages += [("/dock/pose", message), ("/detected_dock_pose", message | {"pose": message["pose"]["pose"]})]
     messages += _placed_messages(chosen, seen, head)
+    if seen.found.camera.port is None:
+        messages.append(("/dock/camera_info", camera_message(seen.found.camera, head)))
     if seen.picture is not None:
         messages.append(("/dock/image/compressed", {"header": head, "format": "jpeg", "data": jpeg(seen.picture)}))
     return messages
@@ -112,6 +119,23 @@ def _place(pose: CirclePose | BodyPose) -> tuple[dict[str, float], dict[str, flo
     """A pose's position and quaternion as fields."""
     turn = zip("xyzw", pose.quaternion_xyzw, strict=True)
     return dict(zip("xyz", pose.position_m.tolist(), strict=True)), dict(turn)
+
+
+def camera_message(camera: Camera, head: dict[str, Any]) -> dict[str, Any]:
+    """Return a camera without port as fields of ``sensor_msgs/CameraInfo``."""
+    about = ros_content(camera)
+    names = {
+        "d": "distortion_coefficients",
+        "k": "camera_matrix",
+        "r": "rectification_matrix",
+        "p": "projection_matrix",
+    }
+    region = dict.fromkeys(("x_offset", "y_offset", "height", "width"), 0) | {"do_rectify": False}
+    return {
+        **{"header": head, "height": camera.height, "width": camera.width},
+        **{"distortion_model": about["distortion_model"], **{key: about[name]["data"] for key, name in names.items()}},
+        **{"binning_x": 0, "binning_y": 0, "roi": region},
+    }
 
 
 def _diagnostics(seen: Seen) -> dict[str, Any]:
@@ -178,6 +202,21 @@ def covariance(pose: CirclePose | BodyPose) -> np.ndarray:
     """Return the total covariance (6, 6) in m² and rad²; where it is unknown, that of knowing nothing."""
     found, unknown = pose.covariance_total, [UNKNOWN_LENGTH_M2] * 3 + [UNKNOWN_ANGLE_RAD2] * 3
     return np.diag(unknown) if found is None else found
+
+
+def write_bag(
+    path: str | Path,
+    frames: Iterable[tuple[np.ndarray, float | None, Estimate]],
+    *,
+    source: str = "dockpose",
+    tell: Callable[[str], None] = print,
+) -> None:
+    """Write pictures, their times in seconds or None, and what was found in them as ``estimate --out`` does."""
+    with contextlib.closing(PoseFile(Path(path), source, tell)) as file:
+        for number, (image, time_s, found) in enumerate(frames):
+            trust = trust_of(found)
+            picture = annotate(image, found, headline=headline_of(trust))
+            file.write(Seen(source, number, found, trust, picture=picture, original=image), time_s, None)
 
 
 class PoseFile:

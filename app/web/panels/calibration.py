@@ -6,7 +6,7 @@ import itertools
 import re
 import tempfile
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from html import escape
 from pathlib import Path
@@ -20,15 +20,15 @@ from dockpose.app.errors import UserError
 from dockpose.app.export.words import MEDIA, camera_lines, outcome
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import LatestWorker, Progress
-from dockpose.app.processing.calibration import Looked, gather
 from dockpose.app.state.camera import camera_file, with_own_camera
 from dockpose.app.web.html import small
 from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel
-from dockpose.camera.board import Board, Sighting
+from dockpose.camera.board import Board, Sighting, count_squares
 from dockpose.camera.calibrate import BoardView, Calibration, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage, coverage_of
 from dockpose.camera.image import decode, to_grey, to_levels
 from dockpose.sources import VIDEO_ENDINGS, Video
+from dockpose.sources.boards import Looked, gather
 
 _BY_HAND = "you dropped it"
 _MOST = 200  # pictures, after which the oldest that were left out are forgotten
@@ -42,7 +42,8 @@ def board_of(squares: str, side_mm: float) -> Board:
     """The board that was typed, as "10x7" and the side of a square in mm. Raises UserError where it is not a board."""
     match = re.fullmatch(r"\s*(\d{1,2})\s*[xX×*]\s*(\d{1,2})\s*", squares)
     if match is None:
-        raise UserError(f"The board is {squares[:20]!r}; it must be columns x rows, as 10x7.")
+        what = "not known: show all of it, or type it" if not squares.strip() else f"{squares[:20]!r}; it must be typed"
+        raise UserError(f"The board's size is {what} as columns x rows, as 10x7.")
     return Board(int(match[1]), int(match[2]), side_mm / 1000)
 
 
@@ -92,8 +93,10 @@ class CalibrationPanel(Panel):
         self._save = self.add_download("save", "camera.yaml", lambda view: camera_file(self._camera(), "dockpose"))
         self.add("button", "again", self.trying(self._clear))
 
-    def _ready(self) -> Gathering:
-        """What is gathered; begun anew where the board that is typed has changed."""
+    def _ready(self, greys: Iterable[np.ndarray] = ()) -> Gathering:
+        """What is gathered, begun anew where the board has changed; where none is typed, pictures tell its size."""
+        if not self._squares.value.strip() and (counts := count_squares(greys)) is not None:
+            self._squares.value = f"{counts[0]}x{counts[1]}"
         board = board_of(self._squares.value, float(self._side.value))
         if board != self._gathering.board:
             self._begin(board)
@@ -119,7 +122,7 @@ class CalibrationPanel(Panel):
     def _look(self, image: np.ndarray, name: str, *, thorough: bool) -> None:
         grey = to_levels(to_grey(image))[0]
         with self._lock:
-            gathering = self._ready()
+            gathering = self._ready([grey])
             if name in gathering.views:  # of another folder, or the same once more
                 name = f"{name} ({next(self._count)})"
             found = gathering.add(name, grey, thorough=thorough)
@@ -169,9 +172,12 @@ class CalibrationPanel(Panel):
         with tempfile.TemporaryDirectory(prefix="dockpose-") as folder:
             path = Path(folder) / f"sent{Path(name).suffix.lower()}"
             path.write_bytes(data)
-            with self._lock:
-                gathering = self._ready()
             with Video(str(path), None, grey=True) as video:
+                step = max(1, (video.count or 0) // _MOST)
+                with self._lock:
+                    gathering = self._ready(
+                        to_levels(frame.image)[0] for frame in itertools.islice(video, 0, None, step)
+                    )
                 looked = gather(video, gathering, self._show_progress, f"{name} ")
         self.app.notify("Video", f"{name}: {looked.in_words(len(gathering.sightings))}.", "green", client)
 
@@ -234,7 +240,7 @@ class CalibrationPanel(Panel):
 
     def _clear(self, client: Client) -> None:
         with self._lock:
-            self._begin(self._ready().board)
+            self._begin(self._gathering.board)
 
 
 def picture_with_board(

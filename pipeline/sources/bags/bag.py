@@ -16,6 +16,8 @@ from dockpose.sources.bags.chunked import McapFile, Ros1File
 from dockpose.sources.bags.messages import CAMERA_INFO, COMPRESSED, IMAGE, camera_in, picture_in
 from dockpose.sources.bags.sqlite_file import SqliteFile
 from dockpose.sources.bags.storage import BAG_METADATA, Place, Storage
+from dockpose.sources.bags.video import DEFINITIONS, VIDEO, FoxgloveVideo, Packet, Packets
+from dockpose.sources.ffmpeg import picture_of
 from dockpose.sources.frames import Frame, Indexed, SourceError, Tell, growing
 from dockpose.sources.pictures import numeric
 
@@ -105,7 +107,7 @@ def _described(folder: Path) -> tuple[list[Path], bool]:
     return paths, str(about.get("compression_mode", "")).lower() == "message"
 
 
-_ENCODINGS = ("cdr", "ros1")
+_PICTURES = {(kind, encoding) for kind in (IMAGE, COMPRESSED) for encoding in ("cdr", "ros1")} | VIDEO
 # Clocks that begin with a program or a simulation count from 0; this is in 1973, before anything was recorded.
 _LEAST_UNIX_NS = 10**17
 _DECIMALS = 9
@@ -124,6 +126,10 @@ class Bag(Indexed):
             self._tell_faults()
             if not self._places:
                 raise SourceError(f"{source}: has no message of the topic {self.topic}")
+            is_video = _kind_of(self._places[0]) in {kind for kind, _ in VIDEO}
+            self._packets = (
+                Packets(self.count, lambda at: Packet(self._message(self._places[at]))) if is_video else None
+            )
             self._stamps_ns = self._clock()
             self._times_ns, back = growing(self._stamps_ns)
             self._runs_back = bool(back)
@@ -144,7 +150,10 @@ class Bag(Indexed):
     def _frame(self, index: int) -> Frame:
         name = f"{self.source}: frame {index}"
         try:
-            image = picture_in(self._message(self._places[index]), name)
+            if self._packets is None:
+                image = picture_in(self._message(self._places[index]), name)
+            else:
+                image = picture_of(self._packets.frame(index))
         except SourceError as error:
             raise SourceError(f"{name}: {error}") from error
         time_ns = self._stamps_ns[index]
@@ -155,9 +164,7 @@ class Bag(Indexed):
     def _chosen(self, topic: str | None) -> str:
         """The topic that was asked for, or the only one with pictures."""
         known = {one.name: one for file in self._storages for one in file.topics.values()}
-        pictures = sorted(
-            name for name, one in known.items() if one.kind in (IMAGE, COMPRESSED) and one.encoding in _ENCODINGS
-        )
+        pictures = sorted(name for name, one in known.items() if (one.kind, one.encoding) in _PICTURES)
         if topic is not None:
             wanted = topic if topic in known or topic.startswith("/") else f"/{topic}"
             if wanted in pictures:
@@ -182,8 +189,10 @@ class Bag(Indexed):
     def _message(self, place: Place) -> Any:
         """A message with its fields."""
         topic, data = place.file.topics[place.topic], place.file.read(place)
-        store = _store(topic.encoding)
         try:
+            if topic.encoding == "protobuf":
+                return FoxgloveVideo(data)
+            store = _store(topic.encoding)
             if topic.encoding == "ros1":
                 return store.deserialize_ros1(data, topic.kind)
             return store.deserialize_cdr(data, topic.kind)
@@ -208,6 +217,8 @@ class Bag(Indexed):
         """The time stamp in the head of a message; None where it cannot be read."""
         try:
             head = place.file.read(place)[:12]
+            if place.file.topics[place.topic].encoding == "protobuf":
+                return FoxgloveVideo(place.file.read(place)).stamp_ns
             if place.file.topics[place.topic].encoding == "ros1":
                 _, seconds, nanoseconds = struct.unpack("<III", head)
             else:
@@ -222,7 +233,7 @@ class Bag(Indexed):
         names = [f"{above}/camera_info", f"{above.rsplit('/', 1)[0]}/camera_info"]  # of a compressed one, one level up
         # By the name that ROS gives to pictures of which a program took the distortion out.
         is_rectified = "rect" in self.topic.removesuffix("/compressed").rsplit("/")[-1]
-        for name in names[: 2 if _kind_of(self._places[0]) == COMPRESSED else 1]:
+        for name in names[: 1 if _kind_of(self._places[0]) == IMAGE else 2]:
             places = self._places_of(name)
             if not places or _kind_of(places[0]) != CAMERA_INFO:
                 continue
@@ -254,6 +265,9 @@ def _kind_of(place: Place) -> str:
 @lru_cache(maxsize=2)
 def _store(encoding: str) -> Any:
     """What reads messages; it compiles itself for each type of message, which takes longer than many messages."""
-    from rosbags.typesys import Stores, get_typestore
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-    return get_typestore(Stores.ROS1_NOETIC if encoding == "ros1" else Stores.ROS2_HUMBLE)
+    store = get_typestore(Stores.ROS1_NOETIC if encoding == "ros1" else Stores.ROS2_HUMBLE)
+    for name, definition in DEFINITIONS.items():
+        store.register(get_types_from_msg(definition, name))
+    return store

@@ -1,5 +1,6 @@
 """MCAP files and bags of ROS 1, by their index; those without one, such as files that break off, record by record."""
 
+import contextlib
 import io
 import struct
 import zlib
@@ -104,6 +105,7 @@ class McapFile(storage.ChunkedFile):
 
     def _see(self, record: storage.Record, stream: BinaryIO, chunk: int) -> None:
         from mcap.data_stream import ReadDataStream
+        from mcap.exceptions import EndOfFile
         from mcap.records import Channel, Schema
 
         if record.kind == _MESSAGE:
@@ -112,7 +114,8 @@ class McapFile(storage.ChunkedFile):
             self._places.append(storage.Place(time_ns, channel, self, chunk, record.at))
         elif record.kind in (_SCHEMA, _CHANNEL):
             content = ReadDataStream(io.BytesIO(record.data(stream)))
-            self._note(Schema.read(content) if record.kind == _SCHEMA else Channel.read(content))
+            with contextlib.suppress(EndOfFile):  # others follow
+                self._note(Schema.read(content) if record.kind == _SCHEMA else Channel.read(content))
 
     def _expanded(self, record: storage.Record) -> bytes:
         from mcap.data_stream import ReadDataStream

@@ -1,13 +1,18 @@
 """What several commands are given: lengths, cameras, and where events go."""
 
+import argparse
 import logging
 import re
 
+import cv2
+import numpy as np
 import pytest
+from dockpose import Camera
 from dockpose.app.cli import COMMANDS, _parser, main
-from dockpose.app.commands.arguments import logged, metres, without_secrets
+from dockpose.app.commands.arguments import camera_of, logged, metres, without_secrets
 from dockpose.app.commands.console import say
 from dockpose.app.errors import UserError
+from dockpose.camera.files import save_camera
 
 
 @pytest.mark.parametrize(
@@ -121,3 +126,27 @@ def test_every_command_has_them_and_tells_how_it_ended(tmp_path, capsys):
 def test_log_that_cannot_be_written_is_told(tmp_path, capsys):
     assert main(["estimate", "plain", "--log-file", str(tmp_path / "none" / "x.log")]) == 2
     assert capsys.readouterr().err.startswith("dockpose: --log-file ")
+
+
+def test_a_camera_file_without_a_size_is_for_the_first_picture_or_the_size_that_is_given(tmp_path, capsys):
+    cv2.imwrite(str(tmp_path / "a.png"), np.zeros((48, 64), np.uint8))
+    path = tmp_path / "c.json"
+    path.write_text('{"mtx": [[70, 0, 32], [0, 70, 24], [0, 0, 1]], "dist": [0, 0, 0, 0, 0]}')
+    given = {"camera": str(path), "sources": [str(tmp_path / "a.png")]}
+    camera = camera_of(argparse.Namespace(**given))
+    assert camera is not None
+    assert (camera.width, camera.height) == (64, 48)
+    assert "it is taken for these, 64 x 48" in capsys.readouterr().err
+    camera = camera_of(argparse.Namespace(**given, camera_size="128x96"))
+    assert camera is not None
+    assert camera.width == 128
+    assert capsys.readouterr().err == ""
+    for more in ({"sources": ["0"]}, {"camera_size": "wide"}):
+        with pytest.raises(UserError, match="--camera"):
+            camera_of(argparse.Namespace(**given | more))
+
+
+def test_a_size_that_differs_from_that_of_the_file_is_refused(tmp_path):
+    save_camera(Camera(70, 70, 32, 24, 64, 48), tmp_path / "c.yaml")
+    with pytest.raises(UserError, match=r"--camera-size 32x24: .* is for 64 x 48 pixels"):
+        camera_of(argparse.Namespace(camera=str(tmp_path / "c.yaml"), camera_size="32x24"))

@@ -35,6 +35,21 @@ def test_a_folder_becomes_a_camera_file(folder, tmp_path, capsys):
     assert str(out) in text
 
 
+def test_the_squares_of_a_chessboard_are_counted(folder, tmp_path, capsys):
+    out = tmp_path / "camera.yaml"
+    assert (
+        main(["calibrate", str(folder), "--square", "0.024", "--lens", "k2", "--out", str(out), "--format", "kalibr"])
+        == 0
+    )
+    assert "the board has 10 x 7 squares, as most pictures show" in capsys.readouterr().err
+    assert load_camera(out).fx == pytest.approx(TRUE.fx, rel=0.02)
+    (tmp_path / "none").mkdir()
+    cv2.imwrite(str(tmp_path / "none" / "wall.png"), np.full((480, 640), 128, np.uint8))
+    for words, told in (([str(tmp_path / "none")], "no chessboard is found whole"), (["0"], "--board is needed")):
+        assert main(["calibrate", *words, "--square", "0.024", "--out", str(tmp_path / "b.yaml")]) == 2
+        assert told in capsys.readouterr().err
+
+
 def test_the_file_can_be_for_ros(folder, tmp_path):
     out = tmp_path / "ros.yaml"
     words = ["calibrate", str(folder), "--board", "10x7", "--square", "0.024", "--out", str(out), "--format", "ros"]

@@ -91,6 +91,10 @@ def test_without_outputs_a_sentence_is_printed(tank, capsys):
 
 def test_files_are_written_where_asked(tank, capsys):
     assert main(["estimate", "s1.png", "s2.png", "--json", "o.jsonl", "--csv", "o.csv", "--annotate", "out/a"]) == 0
+    *sentences, told = capsys.readouterr().out.splitlines()
+    assert [sentence.partition(":")[0] for sentence in sentences] == ["s1.png", "s2.png"]
+    assert told == "2 of 2 pictures show a dock"
+    assert main(["estimate", "s1.png", "s2.png", "--json", "o.jsonl", "--quiet"]) == 0
     assert capsys.readouterr().out == ""
     from_json = lines((tank / "o.jsonl").read_text())
     with open(tank / "o.csv", newline="") as file:

@@ -121,8 +121,8 @@ def test_a_camera_file_has_precedence_and_a_camera_of_another_shape_is_told(told
     assert len(logic.take_image(bags.image(PICTURE, "mono8"), 0.0)) == len(PLAIN)
     messages = logic.take_image(bags.image(PICTURE[:, :480].copy(), "mono8"), 0.0)
     assert "not the same picture rescaled" in status_of(messages)["message"]
-    messages = logic.take_image(bags.image(PICTURE, "32FC1"), 0.0)
-    assert "has the encoding '32FC1'" in status_of(messages)["message"]
+    messages = logic.take_image(bags.image(PICTURE, "32FC3"), 0.0)
+    assert "has the encoding '32FC3'" in status_of(messages)["message"]
 
 
 def test_compressed_pictures_have_their_camera_beside_the_others():

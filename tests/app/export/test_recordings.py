@@ -11,11 +11,11 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from dockpose import Dock, Entrance
+from dockpose import Dock, Entrance, estimate, open_frames
 from dockpose.app.cli import main
-from dockpose.app.export.recordings.ros import TOPICS
+from dockpose.app.export.recordings.ros import TOPICS, write_bag
 from dockpose.app.inputs.pictures import save_dock
-from dockpose.simulate import Approach, FilmPlan, save_sequence
+from dockpose.simulate import Approach, FilmPlan, render, save_sequence
 from dockpose.sources import Bag
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
@@ -26,7 +26,7 @@ from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
 from tests.support import bags
-from tests.support.scenes import random_scene
+from tests.support.scenes import CAMERA, random_scene
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 FRAMES, DARK = 12, (4, 5)  # frames, of which these show no dock
@@ -85,7 +85,7 @@ def test_every_message_is_what_the_line_says(written, read):
             assert abs(header.stamp.sec * 10**9 + header.stamp.nanosec - stamp_ns) < 1000
             in_body = message is messages.get("/dock/pose_body")
             assert header.frame_id == ("base_link" if in_body else "camera_optical_frame")
-    assert len(found) == len(lines) + 8 * (FRAMES - len(DARK))
+    assert len(found) == len(lines) + 9 * (FRAMES - len(DARK))
 
 
 def check_poses(messages, line):
@@ -104,6 +104,8 @@ def check_poses(messages, line):
     assert entrance.transform.translation.z == line["entrance"]["position_m"][2]
     assert messages["/detected_dock_pose"].pose == messages["/dock/pose"].pose.pose
     check_body(messages["/dock/pose_body"], camera, line)
+    about = messages["/dock/camera_info"]
+    assert (about.k[0], about.width, len(about.d)) == (line["camera"]["fx_px"], 640, 5)
     picture = messages["/dock/image/compressed"]
     assert picture.format == "jpeg"
     decoded = cv2.imdecode(np.array(picture.data), cv2.IMREAD_COLOR)
@@ -224,3 +226,17 @@ def test_without_the_packages_one_sentence_says_how_to_get_them(written, monkeyp
         monkeypatch.setitem(sys.modules, name, None)
     assert main(["estimate", str(tmp_path / "scene.yaml"), "--out", str(tmp_path / "a.mcap")]) == 2
     assert "pip install 'dockpose[ros]'" in capsys.readouterr().err
+
+
+def test_a_bag_that_was_written_is_read_with_its_camera_alone(tmp_path):
+    scene = random_scene(4, camera=CAMERA, position_m=(0.05, 0.0, 1.0))
+    image = render(scene)[0]
+    found = estimate(image, scene.camera, scene.dock)
+    assert found.status == "ok"
+    write_bag(tmp_path / "a.mcap", [(image, None, found), (image, None, found)], tell=lambda text: None)
+    with open_frames(tmp_path / "a.mcap") as frames:
+        assert frames.count == 2
+        assert frames.camera is not None
+        np.testing.assert_array_equal(frames.camera.matrix, scene.camera.matrix)
+        assert frames.camera.distortion[:4] == (*scene.camera.distortion, 0.0, 0.0, 0.0, 0.0)[:4]
+        assert frames.at(1).image.shape == (*image.shape[:2], 3)

@@ -176,12 +176,19 @@ def test_the_tone_curve_is_chosen_by_name_or_gamma(view):
     assert optics.with_tone(odd, "linear").camera == view.camera
 
 
-@pytest.mark.parametrize("file_format", FORMATS)
+@pytest.mark.parametrize("file_format", FORMATS[:-1])  # Kalibr's has four coefficients
 def test_camera_files_are_saved_and_loaded(view, file_format):
     changed = put(put(view, "fx", 812.5), "k1", -0.1)
     loaded = optics.with_camera_file(view, optics.camera_file(changed.camera, file_format), "mine.yaml")
     assert loaded.camera == changed.camera == loaded.given_camera
     assert loaded.notes == ()
+
+
+def test_a_camera_file_without_a_size_is_for_the_picture_in_view_and_notes_are_shown(view):
+    data = b'{"mtx": [[800, 0.1, 320], [0, 810, 240], [0, 0, 1]], "dist": [0, 0, 0, 0, 0]}'
+    loaded = optics.with_camera_file(view, data, "mine.json")
+    assert (loaded.camera.fy, loaded.camera.width, loaded.camera.height) == (810, 640, 480)
+    assert loaded.notes == ("mine.json: its skew of 0.1 pixels is taken as none",)
 
 
 def test_camera_file_of_half_the_size_is_scaled_and_says_so(view):

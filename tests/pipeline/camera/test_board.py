@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose.camera import board
-from dockpose.camera.board import Board, find_board
+from dockpose.camera.board import Board, count_squares, find_board
 
 from tests.pipeline.camera.test_calibrate import CHARUCO, CHESSBOARD, COLUMNS, ROWS, SQUARE_M, TRUE, picture, placed
 
@@ -63,6 +63,25 @@ def test_a_large_picture_is_searched_small_and_measured_large():
 
 
 @pytest.mark.slow
+def drawn(columns, rows, seed):
+    """A board of so many squares, seen askew."""
+    rng, flat = np.random.default_rng(seed), np.full((20 * rows + 40, 20 * columns + 40), 255, np.uint8)
+    flat[20:-20, 20:-20] = np.kron(20 + 235 * (np.indices((rows, columns)).sum(axis=0) % 2), np.ones((20, 20)))
+    height, width = flat.shape
+    ends = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float32)
+    moved = (ends - [width / 2, height / 2]) * 400 / max(flat.shape) + [320, 240] + rng.uniform(-40, 40, (4, 2))
+    warp = cv2.getPerspectiveTransform(ends, moved.astype(np.float32))
+    return cv2.GaussianBlur(cv2.warpPerspective(flat, warp, (640, 480), borderValue=90), (0, 0), 0.8)
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(10, 7), (12, 12), (9, 6), (5, 4), (14, 9)])
+def test_squares_are_counted_by_what_most_pictures_show(columns, rows):
+    greys = [drawn(columns, rows, seed) for seed in range(4)]
+    other = [np.full((480, 640), 90, np.uint8), drawn(8, 8, 0)]
+    assert count_squares([*other, *map(np.rot90, greys[:2]), *greys[2:]]) == (columns, rows)
+    assert count_squares(other[:1]) is None
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_no_board_is_missed_in_haze(seed):
     assert find_board(murky(seed), CHESSBOARD) is not None

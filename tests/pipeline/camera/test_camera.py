@@ -196,6 +196,22 @@ def test_the_turned_camera_sees_the_turned_point_where_the_turned_picture_has_it
     assert (turned.width, turned.height) == ((480, 640) if degrees % 180 else (640, 480))
 
 
+@pytest.mark.parametrize("tilt", [(), (0.02, 0.0), (0.0, -0.03), (0.02, -0.03)])
+@pytest.mark.parametrize("degrees", [90, 180, 270])
+def test_thin_prisms_and_tilted_sensors_turn_too(degrees, tilt):
+    distortion = (-0.2, 0.05, 0.001, -0.002, 0.0, 0.0, 0.0, 0.0, 0.003, -0.001, 0.002, 0.0005, *tilt)
+    camera = msgspec.structs.replace(BARREL, distortion=distortion)
+    if all(tilt) and tilt and degrees != 180:
+        with pytest.raises(ValueError, match="turns by 180 alone"):
+            camera.rotated(degrees)
+        return
+    points = np.array([[0.3, -0.2, 2.0], [-0.4, 0.1, 1.5], [0.0, 0.5, 3.0]])
+    wanted = np.column_stack(TURNED_BY_RULE[degrees](*camera.project(points).T))
+    angle = math.radians(degrees)
+    about_axis = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+    np.testing.assert_allclose(camera.rotated(degrees).project(points @ about_axis.T), wanted, atol=1e-9)
+
+
 def test_a_turn_goes_on_and_a_picture_turns_by_the_same_rule():
     picture = np.arange(480 * 640, dtype=np.int32).reshape(480, 640)
     for degrees, rule in TURNED_BY_RULE.items():

@@ -7,7 +7,16 @@ import zlib
 import cv2
 import numpy as np
 import pytest
-from dockpose.camera.image import ImageError, darkest_channel, decode, read, significant_bits, to_grey, to_levels
+from dockpose.camera.image import (
+    ImageError,
+    as_picture,
+    darkest_channel,
+    decode,
+    read,
+    significant_bits,
+    to_grey,
+    to_levels,
+)
 from PIL import Image
 
 GRADIENT = np.arange(48, dtype=np.uint8).reshape(6, 8) * 5
@@ -191,3 +200,19 @@ def test_a_gif_is_a_picture_and_an_animation_is_refused():
                 decode(file.getvalue(), "dock.gif")
         else:
             assert to_grey(decode(file.getvalue())).tolist() == GRADIENT.tolist()
+
+
+@pytest.mark.parametrize(
+    ("array", "conversion"),
+    [
+        (np.ones((2, 2), bool), ", as 255 * image.astype(np.uint8)"),
+        (np.full((2, 2), 255, np.int64), ", as image.astype(np.uint8)"),
+        (np.full((2, 2), 256, np.int32), ", as image.astype(np.uint16)"),
+        (np.full((2, 2), -1, np.int32), "from 0 to 1"),
+        (np.full((2, 2), 70000, np.uint32), "from 0 to 1"),
+    ],
+)
+def test_what_makes_a_picture_of_other_numbers_is_named(array, conversion):
+    with pytest.raises(ImageError) as raised:
+        as_picture(array)
+    assert str(raised.value).endswith(conversion)

@@ -12,9 +12,9 @@ LENS = np.array([30.0, 30.0]), 42.0
 Y, X = np.mgrid[:61, :61].astype(float)
 
 
-def centres_of(grey, points, *about):
+def centres_of(grey, points, reach, white, middle, far_px):
     """Centres and covariances, of lights of which no shape is known."""
-    return fitted_centres(grey, points, *about, np.zeros((len(points), 6)))
+    return fitted_centres(grey, points, reach, white, middle, far_px, np.zeros((len(points), 6)))
 
 
 def spot(width_px: float = 2.5, height: float = 160.0) -> np.ndarray:

@@ -6,9 +6,9 @@ from dockpose.lights.markers import find_markers, grey_centres
 from dockpose.thresholds import fixed, histogram_of
 
 
-def centres_of(grey, points, *about):
+def centres_of(grey, points, reach, white, middle, far_px):
     """Centres and covariances, of lights of which no shape is known."""
-    return fitted_centres(grey, points, *about, np.zeros((len(points), 6)))
+    return fitted_centres(grey, points, reach, white, middle, far_px, np.zeros((len(points), 6)))
 
 
 def markers_at(image: np.ndarray, level: int, min_area_px: int = 1, centroid: str = "grey"):

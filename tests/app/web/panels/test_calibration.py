@@ -16,7 +16,7 @@ def test_the_board_that_is_typed_is_read():
 
 @pytest.mark.parametrize(("squares", "side_mm"), [("10 by 7", 24.0), ("", 24.0), ("2x7", 24.0), ("10x7", 0.0)])
 def test_what_is_no_board_is_refused(squares, side_mm):
-    with pytest.raises(ValueError, match=r"board is|columns is|square_m is"):
+    with pytest.raises(ValueError, match=r"board's size is|columns is|square_m is"):
         board_of(squares, side_mm)
 
 

@@ -139,12 +139,12 @@ def test_a_damaged_message_is_left_out_counted_and_told(tmp_path):
     shown = pictures(4)
     entries = bags.frames(shown)
     topic, kind, time_ns, _ = entries[1]
-    entries[1] = (topic, kind, time_ns, bags.image(shown[1], "32FC1"))
+    entries[1] = (topic, kind, time_ns, bags.image(shown[1], "32FC3"))
     entries[2] = (topic, kind, time_ns + PERIOD_NS, bags.image(shown[2], "mono8", data=np.zeros(10, np.uint8)))
     found, told, bag = taken(bags.write_mcap(tmp_path / "a.mcap", entries))
     assert [frame.index for frame in found] == [0, 3]
     assert (bag.skipped, bag.count) == (2, 4)
-    assert "frame 1: has the encoding '32FC1'; those read are mono8, " in told[0]
+    assert "frame 1: has the encoding '32FC3'; those read are mono8, " in told[0]
     assert "frame 2: says 64 x 48 pixels of 1 bytes in rows of 64, but has 10" in told[1]
 
 

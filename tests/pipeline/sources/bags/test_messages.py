@@ -1,5 +1,6 @@
 """Pixels and cameras of messages, each against pictures known by hand or what OpenCV makes of them."""
 
+import av
 import cv2
 import numpy as np
 import pytest
@@ -63,7 +64,7 @@ def test_png_of_16_bits():
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"encoding": "32FC1"}, "has the encoding '32FC1'; those read are mono8"),
+        ({"encoding": "32FC3"}, "has the encoding '32FC3'; those read are mono8"),
         ({"step": 2}, "in rows of 2"),
         ({"height": 5}, "says 3 x 5 pixels"),
         ({"width": 0}, "says 0 x 2 pixels"),
@@ -133,3 +134,45 @@ def test_opencv_names_the_patterns_of_the_test_alike():
     for pattern, name in names.items():
         expected = cv2.cvtColor(mosaic, getattr(cv2, f"COLOR_Bayer{name}2BGR"))
         assert np.array_equal(picture_in(bags.image(mosaic, f"bayer_{pattern}8")), expected)
+
+
+def smooth_colours(height=48, width=64):
+    y, x = np.mgrid[:height, :width]
+    return np.dstack([60 + x, 90 + y, 200 - x]).astype(np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "pix_fmt"),
+    [
+        *(("yuv422", "uyvy422"), ("uyvy", "uyvy422"), ("yuv422_yuy2", "yuyv422"), ("yuyv", "yuyv422")),
+        *(("nv12", "nv12"), ("nv21", "nv21"), ("i420", "yuv420p")),
+    ],
+)
+@pytest.mark.parametrize("fill", [0, 16])
+def test_brightness_and_colours_apart_are_as_ffmpeg_makes_them(encoding, pix_fmt, fill):
+    picture = smooth_colours()
+    frame = av.VideoFrame.from_ndarray(picture, format="bgr24").reformat(format=pix_fmt)
+    planes = [np.frombuffer(bytes(plane), np.uint8).reshape(plane.height, -1) for plane in frame.planes]
+    if len(planes) == 3:  # whose rows have two lengths, so nothing fills them up
+        fill, planes = 0, [planes[0][:, :64], *(plane[:, :32].reshape(-1, 64) for plane in planes[1:])]
+    width = 128 if "422" in pix_fmt else 64
+    data = np.pad(np.vstack([plane[:, :width] for plane in planes]), ((0, 0), (0, fill)))
+    message = bags.image(picture, encoding, step=width + fill, data=data.ravel())
+    np.testing.assert_allclose(picture_in(message).astype(int), picture, atol=4)
+
+
+def test_floats_from_0_to_1_become_16_bits():
+    picture = np.array([[0, 0.5], [1, 1 / 65535]], np.float32)
+    assert picture_in(bags.image(picture, "32FC1")).tolist() == [[0, 32768], [65535, 1]]
+
+
+@pytest.mark.parametrize("value", [1.5, -0.1, np.nan, np.inf])
+def test_other_floats_are_depths(value):
+    with pytest.raises(ImageError, match="floats beyond 0 to 1"):
+        picture_in(bags.image(np.full((2, 2), value, np.float32), "32FC1"))
+
+
+@pytest.mark.parametrize(("encoding", "shape"), [("nv12", (3, 4)), ("yuyv", (4, 3)), ("i420", (4, 3))])
+def test_odd_sizes_that_an_encoding_cannot_have_are_refused(encoding, shape):
+    with pytest.raises(ImageError, match=f"which {encoding} cannot have"):
+        picture_in(bags.image(np.zeros(shape, np.uint8), encoding))

@@ -1,10 +1,12 @@
 import cv2
+import dockpose
 import numpy as np
-from dockpose.app.processing.calibration import Looked, gather
+import pytest
 from dockpose.camera.calibrate import Gathering
 from dockpose.sources import Frame, Frames
+from dockpose.sources.boards import Looked, gather
 
-from tests.pipeline.camera.test_calibrate import CHESSBOARD, TRUE, picture
+from tests.pipeline.camera.test_calibrate import CHESSBOARD, SQUARE_M, TRUE, picture, pictures
 
 
 class Shown(Frames):
@@ -50,3 +52,35 @@ def test_frames_of_another_size_are_counted_apart():
     looked.see(gathering, picture(CHESSBOARD, TRUE, 0), "one")
     looked.see(gathering, np.zeros((240, 320), np.uint8), "two")
     assert looked.left_out == {"it is 320 x 240 pixels, the others are 640 x 480": 1}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("boards")
+    for name, image in pictures(CHESSBOARD, TRUE, 6):
+        cv2.imwrite(str(folder / name), image)
+    return folder
+
+
+def test_python_takes_what_the_command_takes(folder):
+    by_name = dockpose.calibrate(folder, square_m=SQUARE_M, lens="k2")
+    assert by_name.camera.fx == pytest.approx(TRUE.fx, rel=0.02)
+    arrays = [(path.name, cv2.imread(str(path), 0)) for path in sorted(folder.glob("*.png"))]
+    assert dockpose.calibrate(arrays, CHESSBOARD, "k2").camera == by_name.camera
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        *(({}, "board and square_m"), ({"board": CHESSBOARD, "square_m": 0.1}, "board and square_m")),
+        *(({"board": "10x7"}, "must be a Board"), ({"square_m": 0.1, "lens": "zoom"}, "lens is 'zoom'")),
+    ],
+)
+def test_what_is_asked_for_wrongly_is_named(folder, words, message):
+    with pytest.raises(ValueError, match=message):
+        dockpose.calibrate(folder, **words)
+
+
+def test_what_shows_no_board_is_refused():
+    with pytest.raises(ValueError, match="no chessboard whole"):
+        dockpose.calibrate([("a", np.full((480, 640), 90, np.uint8))], square_m=0.02)

@@ -216,7 +216,7 @@ def write_bag(
         for number, (image, time_s, found) in enumerate(frames):
             trust = trust_of(found)
             picture = annotate(image, found, headline=headline_of(trust))
-            file.write(Seen(source, number, found, trust, picture=picture, original=image), time_s, None)
+            file.write(Seen(source, number, found, trust, picture=picture), time_s, None)
 
 
 class PoseFile:

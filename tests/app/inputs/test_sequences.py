@@ -180,7 +180,8 @@ def test_a_leap_and_another_dock_begin_a_new_track(follower, view):
     assert analysis.tracked_frame.tracked.track.age == 2
 
 
-def test_text_that_stays_put_is_masked_and_remains_so_after_a_leap(view):
+def test_text_that_stays_put_is_masked_and_remains_so_after_a_leap(view, monkeypatch):
+    monkeypatch.setattr("dockpose.tracking.search.follow", lambda *frame: "lost")  # which sees nothing but lights
     scene = msgspec.structs.replace(SCENE, texts=(Text(text="REC 7", x_px=5, y_px=215, height_px=16),))
     sequence, told = FilmPlan(scene=scene, motion=Approach(start_m=1.6, end_m=0.8, frames=40, drift_m=0.05)), []
     follower = FrameFollower(Simulated(sequence, "course"), "course", told.append)

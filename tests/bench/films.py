@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 from dockpose import Camera, Dock, Settings, open_frames
 from dockpose.app.processing.following import Following
+from dockpose.camera.files import save_camera
 
 SEEDS = (1, 2, 3)
 MAKER = Path("leds") / "films.py"
@@ -47,10 +48,7 @@ def scored(data: Path, name: str, seed: int) -> tuple[int, float, int]:
     films = _maker(data)
     entry = json.loads((data / "leds" / "leds.json").read_text("utf-8"))[name]
     picture, lights, radius = films.still(entry)
-    height, width = picture.shape[:2]
-    f = width / _WIDE
-    camera = Camera(fx=f, fy=f, cx=(width - 1) / 2, cy=(height - 1) / 2, width=width, height=height)
-    following = Following(camera, Dock(diameter=0.10, lights=entry["N"]), Settings(), lambda text: None)
+    following = Following(_camera(picture), Dock(diameter=0.10, lights=entry["N"]), Settings(), lambda text: None)
     detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50))
     right, followed, ours_s, tags_s = 0, 0, [], []
     with tempfile.TemporaryDirectory() as folder:
@@ -69,6 +67,24 @@ def scored(data: Path, name: str, seed: int) -> tuple[int, float, int]:
         followed += found.found_by == "following"
     ratio = (decode_s + float(np.median(ours_s))) / (decode_s + float(np.median(tags_s)))
     return right, ratio, followed
+
+
+def written(data: Path, name: str, folder: Path, frames: int) -> list[str]:
+    """Write a film of so many frames and its camera file; returns the arguments that name both, and the dock."""
+    films = _maker(data)
+    entry = json.loads((data / "leds" / "leds.json").read_text("utf-8"))[name]
+    picture, lights, _ = films.still(entry)
+    films.film(folder / f"{name}.mkv", picture, lights, np.random.default_rng(SEEDS[0]), frames)
+    save_camera(_camera(picture), folder / f"{name}.camera.yaml")
+    known = ["--camera", str(folder / f"{name}.camera.yaml"), "--dock-diameter", "0.10", "--lights", str(entry["N"])]
+    return [str(folder / f"{name}.mkv"), *known]
+
+
+def _camera(picture: np.ndarray) -> Camera:
+    """A camera that sees 60 degrees across."""
+    height, width = picture.shape[:2]
+    f = width / _WIDE
+    return Camera(fx=f, fy=f, cx=(width - 1) / 2, cy=(height - 1) / 2, width=width, height=height)
 
 
 def _maker(data: Path) -> ModuleType:

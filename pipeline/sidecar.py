@@ -41,6 +41,8 @@ def read_sidecar(picture: Path) -> Sidecar:
 
 def completed(path: Path, camera: Camera | None, dock: Dock | None) -> tuple[Camera, Dock]:
     """Camera and dock of a picture file; NAME.yaml beside it says what is None. Raises FileError where it does not."""
+    if not path.is_file():
+        raise FileError(f"{path}: there is no such file")
     beside = read_sidecar(path)
     camera, dock = camera or beside.camera, dock or beside.dock
     for name, value in (("camera", camera), ("dock", dock)):

@@ -57,6 +57,12 @@ def test_what_nothing_says_is_asked_for(tmp_path, camera, missing):
         estimate(tmp_path / "tank.png", camera)
 
 
+def test_a_name_of_nothing_is_no_question_of_cameras(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(FileError, match="tiltd: there is no such file"):
+        estimate("tiltd")
+
+
 def test_an_array_has_nothing_beside_it():
     with pytest.raises(ValueError, match="camera is None; it must be a Camera"):
         estimate(np.zeros((480, 640), np.uint8))

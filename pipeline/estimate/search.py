@@ -19,6 +19,7 @@ from dockpose.lights.colours import tell_colours
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError
 from dockpose.lights.growing import distances
 from dockpose.lights.markers import Markers, find_markers, with_fitted_centres
+from dockpose.lights.polygon import FIRST_POINTS
 from dockpose.lights.region import ring_in
 from dockpose.lights.ring import Ring
 from dockpose.pixels.bright import SATURATED
@@ -38,6 +39,7 @@ _EXACT_PX, _EXACT_OF_AXIS, _MOST_OF, _NO_CHANCE = 0.5, 0.01, 0.75, math.log(1e-6
 # What is accepted among others, over ten: about so many scales are looked at, each with points of its own. Four lights
 # are hardly ever surer than that.
 _LITTLE_CHANCE = math.log(ACCEPTED_AMONG_OTHERS / 10)
+_CLEAR = 3  # looks in which rings are sought that hands have built
 _IN_WHITE = " It shows where the picture is white, in the darkest of its colour channels."
 _LIGHTS_OF = attrgetter("lights", "angles_deg", "colours", "offsets_m")
 
@@ -176,7 +178,21 @@ def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock
             best = max(best, found, key=_Found.rank)
         if best.is_exact(_EXACT_OF_AXIS):
             break
+    if best.status != "ok":
+        made = [_search_with(one, picture, camera, dock, settings, handmade=True) for one in _clear(looks)]
+        best = max([best, *made], key=_Found.rank)
     return best
+
+
+def _clear(looks: Sequence[_Found]) -> Iterator[Threshold]:
+    """The thresholds of the first looks that show so few groups that these may be a dock's lights, each of others."""
+    clear: list[_Found] = []
+    for look in looks:
+        markers = look.stages.get("markers")
+        is_clear = markers is not None and MIN_POINTS <= len(markers) <= FIRST_POINTS
+        if is_clear and len(clear) < _CLEAR and not any(one.has_no_ring_in(markers) for one in clear):
+            clear.append(look)
+            yield look.stages["threshold"]
 
 
 def _other_looks(
@@ -205,10 +221,11 @@ def _search_with(
     settings: Settings,
     *,
     of_few: bool = True,
+    handmade: bool = False,
     looks: Sequence[_Found] = (),
 ) -> _Found:
     """What is found from one threshold on, a ring of few lights only if asked for; ``looks`` came before it."""
-    status, message, stages = _find_lights(picture, threshold, camera, dock, settings, of_few, looks)
+    status, message, stages = _find_lights(picture, threshold, camera, dock, settings, of_few, handmade, looks)
     if status != "ok":
         return _Found(status, message, stages)
     return _Found(*judge_ring(picture, camera, dock, stages))
@@ -247,6 +264,7 @@ def _find_lights(
     dock: Dock,
     settings: Settings,
     of_few: bool,
+    handmade: bool,
     looks: Sequence[_Found],
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages from the threshold to the ring."""
@@ -282,7 +300,7 @@ def _find_lights(
     is_new = ring is None
     if ring is None:
         points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
-        ring = ring_in(points_px, markers, camera, dock, picture.area_px2, of_few=of_few)
+        ring = ring_in(points_px, markers, camera, dock, picture.area_px2, of_few=of_few, handmade=handmade)
     stages["ring"] = ring
     if not ring.found:
         return "not_a_ring", ring.reason, stages

@@ -18,8 +18,10 @@ LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rin
 # of where the last two point; one of twenty is out. A ring with such a share of its lights, or along such a share of
 # it, is no cable, and ten thousand docks are seen for each cable that would pass for a part of one.
 _NEAR_STEPS, _NEXT_STEPS, _LARGEST_GAP, _OUT, CLOSED, _FEWER_CABLES = 3.0, 0.25, 2, 0.05, 0.75, 1e4
+_KINDS_OF_ERRORS = 2.0  # alike both ways, or not
 _THRESHOLDS = 2  # that a picture is searched with
 LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
+_NUMBERS_OF_WHOLE = 2  # ways in which a number may be unknown: that of the lights in view, or another
 MOST_LIGHTS = 64  # that a dock is expected to have
 NUMBERS = range(4, 25)  # of lights that are tried by their corners where it is not known
 
@@ -85,8 +87,13 @@ def neighbours(
     )
 
 
-def accepted(polygon: Polygon, sides: int, scene: Scene, *, may_hang: bool = True) -> Candidate | None:
-    """Return a polygon as a candidate; None where chance, or lamps on a cable if they may, have made it."""
+def accepted(
+    polygon: Polygon, sides: int, scene: Scene, *, may_hang: bool = True, is_exact: bool = True
+) -> Candidate | None:
+    """Return a polygon as a candidate; None where chance, or lamps on a cable if they may, have made it.
+
+    One that is not exact may have lights off their places along the rim more than across it.
+    """
     members = polygon.members
     chance_among = partial(
         log_chance_rings,
@@ -96,17 +103,31 @@ def accepted(polygon: Polygon, sides: int, scene: Scene, *, may_hang: bool = Tru
         squares_px2=polygon.squares_px2,
         semi_axes_px=polygon.semi_axes_px,
         area_px2=scene.area_px2,
+        apart_px2=None if is_exact else _squares_apart_px2(polygon, scene.points_px),
     )
+    # A ring of which no light is missing is not one of many numbers.
+    numbers = min(scene.numbers, _NUMBERS_OF_WHOLE) if LEAST_CROWD <= len(members) == sides else scene.numbers
     # Four lights are picked out from among others, unless there is but one other: that makes so few fours.
     at_once = len(scene.points_px) <= (FIRST_POINTS if len(members) >= LEAST_CROWD else LEAST_CROWD)
-    most = math.log((ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS) / scene.numbers)
+    most = math.log((ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS) / numbers)
     if chance_among(near=(NONE_NEAR, NONE_NEAR)) > most:
         return None  # others near it, and cables, would only make it likelier
     chance = chance_among(
         near=neighbours(scene.points_px, scene.brightness, members, polygon.centre_px, polygon.semi_axes_px[0]),
         cables=cables_of(polygon.corners >= 0) if may_hang else (),
     )
-    return Candidate(polygon, sides, chance + math.log(scene.numbers)) if chance < most else None
+    return Candidate(polygon, sides, chance + math.log(numbers)) if chance < most else None
+
+
+def _squares_apart_px2(polygon: Polygon, points_px: np.ndarray) -> tuple[float, float]:
+    """Sums of the squares of how far a polygon's points (M, 2) are off their corners, along the circle and across it."""
+    places = np.column_stack([points_px[polygon.members], np.ones(len(polygon.members))])
+    flat = places @ np.linalg.inv(polygon.mapping).T
+    x, y = (flat[:, :2] / flat[:, 2:]).T
+    off = np.exp(1j * (np.arctan2(y, x) - 2 * math.pi / len(polygon.corners) * np.flatnonzero(polygon.corners >= 0)))
+    along, across = np.angle(off * off.mean().conj()), np.hypot(x, y) - 1
+    scale_px2 = math.prod(polygon.semi_axes_px)
+    return scale_px2 * float(along @ along), scale_px2 * float(across @ across)
 
 
 def log_chance_rings(
@@ -119,17 +140,23 @@ def log_chance_rings(
     near: tuple[Neighbours, Neighbours],
     area_px2: float,
     cables: Sequence[Sequence[int]] = (),
+    apart_px2: tuple[float, float] | None = None,
 ) -> float:
-    """Logarithm of the expected number of rings as good among points strewn at random, see docs/method.md."""
+    """Logarithm of the expected number of rings as good among points strewn at random, see docs/method.md.
+
+    ``apart_px2`` are the squares along and across the rim, where both are known: hands place lamps better across it.
+    """
     major, minor = semi_axes_px
     if minor <= 0:
         return math.inf
     ways = math.lgamma(sides + 1) - math.lgamma(count + 1) - math.lgamma(sides - count + 1)
     if even:
         ways -= math.log(sides)
-    squares_px2 = max(squares_px2, (2 * count - 6) * LEAST_PX**2)
-    tube = math.log(2 * math.pi**2 / 3 * count**3 / 4) + _log_ball(2 * count - 6, squares_px2)
-    common = tube + ways + math.log(_SIZES * max(1, sides - 3))
+    tube = _log_ball(2 * count - 6, squares_px2)
+    if apart_px2 is not None and count >= LEAST_CROWD:
+        both = _log_ball(count - 1, apart_px2[0]) + _log_ball(count - 5, apart_px2[1])
+        tube = min(tube, both + math.log(_KINDS_OF_ERRORS))
+    common = math.log(2 * math.pi**2 / 3 * count**3 / 4) + tube + ways + math.log(_SIZES * max(1, sides - 3))
     around = min(4 * math.pi * major**2, area_px2)
     crowd = min(4 * math.pi * major * minor, area_px2)
 
@@ -179,6 +206,8 @@ def log_chance_ellipses(count: int, rms_px: float, radius_px: float, density: fl
 
 
 def _log_ball(dimensions: int, squares: float) -> float:
-    """Logarithm of the volume of a ball whose squared radius is ``squares``."""
-    half = dimensions / 2
-    return half * math.log(math.pi) - math.lgamma(half + 1) + half * math.log(squares) if dimensions else 0.0
+    """Logarithm of the volume of a ball whose squared radius is ``squares``, or what centres are known to."""
+    half, least = dimensions / 2, dimensions * LEAST_PX**2
+    return (
+        half * math.log(math.pi) - math.lgamma(half + 1) + half * math.log(max(squares, least)) if dimensions else 0.0
+    )

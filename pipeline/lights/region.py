@@ -42,14 +42,21 @@ def crop(image: Any, part: Part) -> np.ndarray:
 
 
 def ring_in(
-    points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, area_px2: float, *, of_few: bool = True
+    points_px: np.ndarray,
+    markers: Markers,
+    camera: Camera,
+    dock: Dock,
+    area_px2: float,
+    *,
+    of_few: bool = True,
+    handmade: bool = False,
 ) -> Ring:
     """Find the markers that are the dock's lights; none counts whose centre the picture's edge leaves open."""
     whole = ~markers.cut
     kept, cut = int(whole.sum()), int(markers.cut.sum())
     if cut == 0 or kept < MIN_POINTS:
-        return find_ring(points_px, markers, camera, dock, area_px2, of_few=of_few)
-    ring = find_ring(points_px[whole], markers.part(whole), camera, dock, area_px2, of_few=of_few)
+        return find_ring(points_px, markers, camera, dock, area_px2, of_few=of_few, handmade=handmade)
+    ring = find_ring(points_px[whole], markers.part(whole), camera, dock, area_px2, of_few=of_few, handmade=handmade)
     on_ring, rivals = _among_all(ring.on_ring, whole), tuple(_among_all(rival, whole) for rival in ring.rivals)
     if ring.found and not rivals and len(markers) - on_ring.sum() >= MIN_POINTS:
         # Nobody measures by another ring, so of that the edge may cut some lights.

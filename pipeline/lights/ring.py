@@ -12,6 +12,7 @@ from dockpose.lights.chance import ACCEPTED, LEAST_CROWD, LEAST_PX, MOST_LIGHTS,
 from dockpose.lights.conics import LEAST_LIGHTS, polygons_on_ellipses
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX, distances
+from dockpose.lights.handmade import handmade_rings
 from dockpose.lights.lattice import goes_on, repeating, strung
 from dockpose.lights.markers import Markers
 from dockpose.lights.polygon import FEW_POINTS, FIRST_POINTS, MAX_POINTS, Polygon, find_polygons, regular, without_worst
@@ -55,9 +56,19 @@ class Ring:
 
 
 def find_ring(
-    points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, area_px2: float, *, of_few: bool = True
+    points_px: np.ndarray,
+    markers: Markers,
+    camera: Camera,
+    dock: Dock,
+    area_px2: float,
+    *,
+    of_few: bool = True,
+    handmade: bool = False,
 ) -> Ring:
-    """Find the markers, at undistorted places (N, 2), that are the dock's lights; few of them if ``of_few``."""
+    """Find the markers, at undistorted places (N, 2), that are the dock's lights; few of them if ``of_few``.
+
+    Where none are exact, those of a ring that hands have built if ``handmade``.
+    """
     count = len(points_px)
     density = count / area_px2
     brightness = markers.areas_px * markers.peaks.astype(float)
@@ -90,6 +101,9 @@ def find_ring(
             found = _candidates(scene, chosen, dock, tolerance)
     if corners_first and not found:
         found = _of_many(scene, order, dock, tolerance)
+    if handmade and not found and scene.even:
+        numbers = range(MIN_POINTS, NUMBERS.stop) if dock.lights is None else (dock.lights,)
+        found = handmade_rings(scene, order[:FIRST_POINTS], numbers)
     nothing = np.zeros(count, dtype=bool)
     if not found:
         if in_lattice.any():

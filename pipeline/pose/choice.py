@@ -254,7 +254,23 @@ def _on_even_ring(points: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarra
             if taken[light] or not abs(slot - nearest) < WITHIN:
                 fits[k] = False
             taken[light] = True
+        if not fits[k] and points.shape[1] == count:
+            fits[k] = True
+            rolls[k] = _in_order(points[k], lights[k], angles[k])
     return lights, rolls, angles, fits
+
+
+@compiled
+def _in_order(points: np.ndarray, lights: np.ndarray, angles: np.ndarray) -> float:
+    """Fill in which light each of all points (N,) is, whose order around a ring says so, and its angle; the roll."""
+    count = len(points)
+    step, roll = 2 * math.pi / count, 0.0
+    for place, number in enumerate(np.argsort(points)):
+        lights[number] = place
+        roll += (points[number] - step * place) / count
+    for number in range(count):
+        angles[number] = roll + step * lights[number]
+    return roll
 
 
 def _place_known(points_rad: np.ndarray, known_rad: np.ndarray, wrong: np.ndarray) -> tuple[np.ndarray, float, bool]:

@@ -27,9 +27,6 @@ from dockpose.pose.circle import CirclePose
 from dockpose.pose.refine import light_rays, on_planes
 from dockpose.pose.solve import find_poses
 
-# Lights that a hand has put on a rim are off their places by 2 % of the radius along each axis; half as much again is
-# left for its tail. What is farther off than this and than two pixels is not known to be the dock.
-BUILT_WITHIN, _TAIL, _MOST_PX = 0.02, 1.5, 2.0
 # A line's light goes on beside what seem to be lights of it; noise hides a twentieth of it.
 _GOES_ON = 0.95
 # Between both ends of a strip it is nearly as bright, and in every second gap darker by so much: of eight lights that
@@ -56,12 +53,12 @@ def judged(
     """Return a ring's ellipse, poses, log of its chance, and why it is no dock; NoEllipseError where it has no pose."""
     lights = markers.part(ring.on_ring)
     ellipse, choice = find_poses(lights.points_px, camera, dock, labels, ring.ellipse, lights.covariances_px2)
-    log_chance = log_chance_of_ring(ring, markers, ellipse, choice, dock, area_px2)
+    log_chance = log_chance_of_ring(ring, markers, ellipse, choice, camera, dock, area_px2)
     return ellipse, choice, log_chance, why_no_dock(ring, markers, ellipse, choice, camera, dock, log_chance)
 
 
 def log_chance_of_ring(
-    ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, dock: Dock, area_px2: float
+    ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, camera: Camera, dock: Dock, area_px2: float
 ) -> float:
     """Return the logarithm of the expected number of chance rings in the picture as good as a pose's."""
     count = int(ring.on_ring.sum())
@@ -79,11 +76,31 @@ def log_chance_of_ring(
         sides,
         even=not (dock.angles_deg or dock.offsets_m),
         squares_px2=count * rms_px**2,
+        apart_px2=_squares_apart_px2(ring, markers, ellipse, choice, camera, dock),
         semi_axes_px=ellipse.semi_axes_px,
         near=near,
         area_px2=area_px2,
         cables=() if choice.lights is None else cables_of(np.bincount(choice.lights, minlength=sides) > 0),
     )
+
+
+def _squares_apart_px2(
+    ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, camera: Camera, dock: Dock
+) -> tuple[float, float] | None:
+    """Sums of the squares of how far lights are off their places along the rim and across it, if these are even."""
+    if choice.lights is None or dock.offsets_m:
+        return None
+    x_m, y_m = _on_plane(markers, choice.candidates[0], camera, dock)[ring.on_ring].T
+    off_rad = np.arctan2(y_m, x_m) - _angles_rad(dock, choice.lights)
+    off_rad = np.angle(np.exp(1j * off_rad) * np.exp(-1j * off_rad).mean())
+    scale_px = math.sqrt(math.prod(ellipse.semi_axes_px))
+    across = np.hypot(x_m, y_m) / dock.radius - 1
+    return scale_px**2 * float(off_rad @ off_rad), scale_px**2 * float(across @ across)
+
+
+def _angles_rad(dock: Dock, lights: np.ndarray) -> np.ndarray:
+    """Angles (N,) of lights of a dock around it."""
+    return dock.light_angles_rad()[lights] if dock.lights else 2 * math.pi * lights / len(lights)
 
 
 def why_no_dock(
@@ -92,10 +109,10 @@ def why_no_dock(
     """Return why the lights of a ring are not the dock's, as a sentence; None where they are."""
     count = int(ring.on_ring.sum())
     pose = choice.candidates[choice.selected]
-    rms_px, is_spaced = pose.rms_px or 0.0, _is_spaced(count, choice, dock)
+    rms_px, is_spaced = pose.rms_px or 0.0, is_spaced_as(count, choice, dock)
     may_be_chance = log_chance > math.log(ACCEPTED)
     is_whole = count == dock.lights == len(markers)
-    if not can_be_dock(count, ellipse, choice, dock) or (may_be_chance and is_whole):
+    if not is_spaced or (may_be_chance and is_whole):
         x_m, y_m = _on_plane(markers, pose, camera, dock)[ring.on_ring].T
         angles = np.degrees(np.arctan2(y_m, x_m))
         where = f"{rms_px:.1f} px off the dock's" if is_spaced else "not spaced as the dock's lights are"
@@ -107,13 +124,7 @@ def why_no_dock(
     return None
 
 
-def can_be_dock(count: int, ellipse: Ellipse, choice: Choice, dock: Dock) -> bool:
-    """Whether so many lights are spaced as the dock's, and near enough to their places on the selected pose."""
-    most_px = max(_MOST_PX, _TAIL * math.sqrt(2) * BUILT_WITHIN * ellipse.semi_axes_px[0])
-    return _is_spaced(count, choice, dock) and (choice.candidates[choice.selected].rms_px or 0.0) <= most_px
-
-
-def _is_spaced(count: int, choice: Choice, dock: Dock) -> bool:
+def is_spaced_as(count: int, choice: Choice, dock: Dock) -> bool:
     """Whether so many lights are spaced as the dock's, as far as that tells."""
     # Of few lights the poses' fit says nothing on their spacing; where they coincide it need not.
     return dock.lights is None or choice.selected_by != "none" or (choice.coincide and count < MIN_POINTS)

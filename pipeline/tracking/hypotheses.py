@@ -9,7 +9,6 @@ import numpy as np
 from dockpose.estimate import Estimate
 from dockpose.lights.ellipse import MIN_POINTS
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.detection import can_be_dock
 from dockpose.settings import Settings
 from dockpose.tracking.chain import Chain, Command, reach_m
 
@@ -21,6 +20,8 @@ WORTH_OF_MOTION = 0.5  # weight of the evidence from motion: how vehicles move i
 _GATE, _GATE_RAD = 16.0, math.radians(3.0)
 _MOST_DISTANCE = 9.0  # squared Mahalanobis distance that counts against a chain: three standard deviations
 _NO_DOCK = 20.0  # log-odds against a candidate on which the lights are too far off their places for a dock
+# As near to their places as most docks are built: 2 % of the radius both ways, with half as much again for its tail.
+_IN_PLACE_PX, _IN_PLACE_OF_AXIS = 2.0, 0.042
 _DOUBT = 5e-4  # least probability of either hypothesis, so that a wrong choice is corrected within a few frames
 # Error that both candidates may share in every frame, such as from lights slightly out of place.
 _COMMON_SIGMA_RAD = math.radians(0.5)
@@ -183,9 +184,10 @@ def _log_odds(found: Estimate, worth: float) -> float:
 
 def _can_be_dock(found: Estimate, index: int) -> bool:
     """Whether the lights lie near enough to their places on a candidate."""
-    if found.ellipse is None or found.choice is None or found.lights_on_ring is None:
+    if found.ellipse is None:
         return True
-    return can_be_dock(found.lights_on_ring, found.ellipse, replace(found.choice, selected=index), found.dock)
+    most_px = max(_IN_PLACE_PX, _IN_PLACE_OF_AXIS * found.ellipse.semi_axes_px[0])
+    return found.dock.lights is None or (found.candidates[index].rms_px or 0.0) <= most_px
 
 
 def _logistic(log_odds: float) -> float:

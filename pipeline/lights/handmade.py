@@ -1,0 +1,185 @@
+"""Rings that hands have built: lights off their places along the rim, and less across it, as far as chance allows."""
+
+import math
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+from dockpose.compiled import compiled
+from dockpose.lights.chance import LEAST_CROWD, Candidate, Scene, accepted
+from dockpose.lights.conics import conics_through
+from dockpose.lights.ellipse import MIN_POINTS
+from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX
+from dockpose.lights.polygon import Polygon, refitted, regular
+
+_TRIALS = 3003  # fives of points: all of fifteen
+_KEPT = 16  # ellipses, the most promising
+_ROUNDS = 3  # of fitting a pose and looking which points are its lights
+# In radii: how far off the circle a light may lie, which points tell the roll, and the least offsets that tell anything.
+_BAND, _ON_RIM, _LEAST_ACROSS, _LEAST_ALONG = 0.25, 0.15, 0.01, 0.02
+
+
+def handmade_rings(scene: Scene, chosen: np.ndarray, numbers: Sequence[int]) -> list[Candidate]:
+    """Rings of evenly meant lights among the chosen points that chance would hardly make; the surest first."""
+    if len(chosen) < MIN_POINTS:
+        return []
+    points = np.ascontiguousarray(scene.points_px[chosen])
+    corners, mappings = _begun(points, np.array(numbers))
+    best: dict[frozenset[int], Candidate] = {}
+    for row, mapping in zip(corners, mappings, strict=True):
+        sides = int(row[0])
+        polygon = _settled(row[1 : sides + 1], mapping, points, sides, scene.focal_px)
+        ring = None if polygon is None else _least_likely(polygon, chosen, sides, scene)
+        if ring is not None:
+            best.setdefault(ring.members, ring)
+    return sorted(best.values(), key=lambda candidate: candidate.log_chance)
+
+
+def _begun(points: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of lights with the points at their corners (K, 1 + N), and homographies (K, 3, 3), of the best ellipses."""
+    count = len(points)
+    middle, scale = points.mean(axis=0), max(float(points.std()), 1e-9)
+    places = np.column_stack([(points - middle) / scale, np.ones(count)])
+    if math.comb(count, MIN_POINTS) <= _TRIALS:
+        fives = np.array(list(combinations(range(count), MIN_POINTS)))
+    else:
+        rng = np.random.default_rng(count)  # the same picture gives the same ring
+        fives = rng.random((_TRIALS, count)).argpartition(MIN_POINTS, axis=1)[:, :MIN_POINTS]
+    corners, mappings = _best_of(conics_through(places[fives]), places, numbers, SMALLEST_RADIUS_PX / scale, _KEPT)
+    return corners, np.array([[scale, 0, middle[0]], [0, scale, middle[1]], [0, 0, 1]]) @ mappings
+
+
+@compiled
+def _best_of(
+    conics: np.ndarray, places: np.ndarray, numbers: np.ndarray, least_radius: float, most: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """As ``_begun``, of conics (T, 6) among homogeneous places (M, 3)."""
+    width = 1 + max(numbers.max(), 1)
+    corners, mappings = np.full((most, width), -1), np.zeros((most, 3, 3))
+    worths = np.zeros(most)
+    own = np.full(width, -1)
+    flat = np.empty((len(places), 2))
+    for t in range(len(conics)):
+        is_ellipse, mapping = _affine_of(conics[t], least_radius)
+        if not is_ellipse:
+            continue
+        around = _flatten(mapping, places, flat)
+        for sides in numbers:
+            least = np.argmax(worths)
+            worth, roll = _placed(flat, around, sides, own)
+            is_new = worth < worths[least]
+            for k in range(most):
+                is_new = is_new and not (own == corners[k]).all()
+            if is_new:
+                worths[least], corners[least] = worth, own
+                cos, sin = np.cos(roll), np.sin(roll)
+                mappings[least] = mapping @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    order = np.argsort(worths)[: np.count_nonzero(worths < 0)]
+    return corners[order], mappings[order]
+
+
+@compiled
+def _affine_of(conic: np.ndarray, least_radius: float) -> tuple[bool, np.ndarray]:
+    """Whether a conic (6,) is an ellipse that a ring may have, and the map (3, 3) of the unit circle to it."""
+    A, B, C, D, E, F = conic
+    mapping = np.eye(3)
+    apart = 4 * A * C - B * B
+    if apart <= 0:
+        return False, mapping
+    x, y = (B * E - 2 * C * D) / apart, (B * D - 2 * A * E) / apart
+    inside = -(F + (D * x + E * y) / 2)
+    mean, half = (A + C) / 2, np.hypot((A - C) / 2, B / 2)
+    if inside < 0:
+        inside, mean, turn = -inside, -mean, np.arctan2(-B, C - A) / 2
+    else:
+        turn = np.arctan2(B, A - C) / 2
+    if mean <= half:
+        return False, mapping
+    minor, major = np.sqrt(inside / (mean + half)), np.sqrt(inside / (mean - half))
+    cos, sin = np.cos(turn), np.sin(turn)
+    mapping[0, 0], mapping[0, 1], mapping[0, 2] = minor * cos, -major * sin, x
+    mapping[1, 0], mapping[1, 1], mapping[1, 2] = minor * sin, major * cos, y
+    return minor > NARROWEST * major and minor > least_radius, mapping
+
+
+@compiled
+def _flatten(mapping: np.ndarray, places: np.ndarray, flat: np.ndarray) -> float:
+    """Fill in radius less 1 and angle (M, 2) of homogeneous places (M, 3) in a circle's plane; how many are near it."""
+    inverse = np.linalg.inv(mapping)
+    near = 1.0
+    for k in range(len(places)):
+        x = inverse[0, 0] * places[k, 0] + inverse[0, 1] * places[k, 1] + inverse[0, 2]
+        y = inverse[1, 0] * places[k, 0] + inverse[1, 1] * places[k, 1] + inverse[1, 2]
+        w = inverse[2, 0] * places[k, 0] + inverse[2, 1] * places[k, 1] + inverse[2, 2]
+        x, y = x / w, y / w
+        flat[k, 0], flat[k, 1] = np.hypot(x, y) - 1, np.arctan2(y, x)
+        near += flat[k, 0] < 1
+    return near
+
+
+@compiled
+def _placed(flat: np.ndarray, near: float, sides: int, corners: np.ndarray) -> tuple[float, float]:
+    """Fill in N and the likeliest point of each corner; log of how often chance lays them so near, and the roll."""
+    corners[:] = -1
+    corners[0] = sides
+    sine, cosine = 0.0, 0.0
+    for k in range(len(flat)):
+        if abs(flat[k, 0]) < _ON_RIM:
+            sine += np.sin(sides * flat[k, 1])
+            cosine += np.cos(sides * flat[k, 1])
+    roll, step = np.arctan2(sine, cosine) / sides, 2 * np.pi / sides
+    logs = np.zeros(sides)
+    for k in range(len(flat)):
+        across = abs(flat[k, 0])
+        if across > _BAND:
+            continue
+        slot = (flat[k, 1] - roll) / step
+        corner = int(np.rint(slot))
+        along = step * abs(slot - corner)
+        # The share of the disc of two radii in which points are counted that is as near to a corner.
+        log = np.log(min(1.0, near * max(along, _LEAST_ALONG) * max(across, _LEAST_ACROSS) / np.pi))
+        if log < logs[corner % sides]:
+            logs[corner % sides] = log
+            corners[1 + corner % sides] = k
+    return logs.sum(), roll
+
+
+def _settled(
+    corners: np.ndarray, mapping: np.ndarray, points: np.ndarray, sides: int, focal_px: float
+) -> Polygon | None:
+    """The polygon that points at corners (N,) begin, fitted as a pose; None where too few of them stay."""
+    unit, row, flat = regular(sides), np.full(sides + 1, -1), np.empty((len(points), 2))
+    places = np.column_stack([points, np.ones(len(points))])
+    polygon = None
+    for _ in range(_ROUNDS):
+        if np.count_nonzero(corners >= 0) < MIN_POINTS:
+            return None
+        polygon = refitted(corners, mapping, points, unit, focal_px)
+        if abs(np.linalg.det(polygon.mapping)) < 1e-9:
+            return None
+        near = _flatten(polygon.mapping, places, flat)
+        _, roll = _placed(flat, near, sides, row)
+        if (row[1:] == corners).all():
+            break
+        corners = row[1:].copy()
+        cos, sin = math.cos(roll), math.sin(roll)
+        mapping = polygon.mapping @ np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+    return polygon
+
+
+def _least_likely(polygon: Polygon, chosen: np.ndarray, sides: int, scene: Scene) -> Candidate | None:
+    """The ring of a polygon among the chosen points without those that make it likelier to be chance; None of none."""
+    unit, best = regular(sides), None
+    corners = np.where(polygon.corners >= 0, chosen[polygon.corners], -1)
+    while True:
+        polygon = refitted(corners, polygon.mapping, scene.points_px, unit, polygon.focal_px)
+        ring = accepted(polygon, sides, scene, is_exact=False)
+        if ring is not None and (best is None or ring.log_chance < best.log_chance):
+            best = ring
+        members = polygon.members
+        if len(members) <= LEAST_CROWD:
+            return best
+        places = np.column_stack([unit, np.ones(sides)]) @ polygon.mapping.T
+        off_px = np.hypot(*(scene.points_px[corners] - places[:, :2] / places[:, 2:]).T)
+        corners = corners.copy()
+        corners[np.argmax(np.where(corners >= 0, off_px, -1.0))] = -1

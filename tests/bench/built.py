@@ -1,0 +1,118 @@
+"""Score docks as people build them, told and not, alone and among strays: ``python -m tests.bench.built [KIND...]``."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from multiprocessing import get_context
+
+import numpy as np
+from dockpose import Dock, estimate
+
+from tests.bench.lamps import DIAMETER_M
+from tests.bench.seen_scenes import Lamps, Shown, circle, closest_px, dock_drawn, drawn, even
+
+LIGHTS = (5, 6, 8, 12, 24)
+# Standard deviations of the lights' places along and across the rim, in radii, and the share that must be found where
+# the number of lights is told, and where it is not.
+KINDS = {
+    "2 %": (0.02, 0.02, 0.97, 0.95),
+    "3 %": (0.03, 0.03, 0.95, 0.90),
+    "4 deg": (math.radians(4), 0.01, 0.95, 0.90),
+    "5 %": (0.05, 0.05, 0.80, 0.70),
+    "6 deg": (math.radians(6), 0.01, 0.80, 0.70),
+}
+# Of so many lights, which stand 15 degrees apart, neighbours that are off by so much can change places.
+_NOT_24 = ("4 deg", "6 deg")
+AMONG_STRAYS = ("3 %", "4 deg")
+STRAYS, ASKED_AMONG_STRAYS = 10, 0.85
+WITHIN = 0.05  # of the range
+SURE = 0.95
+WORDS = ("right", "refused", "wrong", "sure")
+
+
+def built(rng: np.random.Generator, lights: int, along: float, across: float, strays: int, is_told: bool) -> Shown:
+    """A dock three diameters away on black, its lights off their places; ``strays`` other lamps around it."""
+    angles = even(lights) + rng.normal(0, along, lights)
+    points = circle(angles) * (1 + rng.normal(0, across, lights))[:, None]
+    lamps = dock_drawn(rng, points, Dock(DIAMETER_M, lights if is_told else None), diameters=3, tilt_deg=(0, 45))
+    add_strays(rng, lamps, strays)
+    return drawn(rng, lamps, background=5.0)
+
+
+def add_strays(rng: np.random.Generator, lamps: Lamps, number: int) -> None:
+    """Add lamps anywhere in the picture, as large and as bright as the dock's and apart from all others."""
+    camera, least_px = lamps.camera, 2.6 * float(lamps.radii_px.max())
+    while number:
+        place = rng.uniform(10, [camera.width - 10, camera.height - 10])
+        points_px = np.vstack([lamps.points_px, place])
+        if closest_px(points_px) > least_px:
+            lamps.add(place[None], lamps.radii_px[:1], rng.uniform(0.75, 1.0, 1))
+            number -= 1
+
+
+def run(job: tuple[str, int, int, bool, int]) -> tuple[str, str, float, bool]:
+    """What came of a picture, the message, the time in ms, and whether the range's interval of 95 % holds."""
+    kind, lights, strays, is_told, seed = job
+    along, across, *_ = KINDS[kind]
+    rng = np.random.default_rng([seed, lights, strays, *kind.encode()])
+    shown = built(rng, lights, along, across, strays, is_told)
+    found = estimate(shown.image, shown.camera, shown.dock)
+    outcome, holds = "refused", False
+    if found.status == "ok" and found.selected is not None and shown.position_m is not None:
+        pose = found.selected
+        off_m = pose.position_m - shown.position_m
+        is_right = np.linalg.norm(off_m) < WITHIN * np.linalg.norm(shown.position_m)
+        is_sure = (pose.probability or 0) * (found.detection or 0) >= SURE
+        outcome = "right" if is_right else "sure" if is_sure else "wrong"
+        holds = pose.sigma_position_m is not None and bool(abs(off_m[2]) < 1.96 * pose.sigma_position_m[2])
+    return outcome, found.message, found.elapsed_ms, holds
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print a table. Returns 1 where something is missed."""
+    parser = argparse.ArgumentParser(prog="python -m tests.bench.built", description=__doc__)
+    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"{', '.join(KINDS)} (default: all)")
+    parser.add_argument("--pictures", type=int, default=30, metavar="N", help="of each kind and number of lights")
+    parser.add_argument("--processes", type=int, default=2, metavar="N", help="worker processes (default: 2)")
+    parser.add_argument("--messages", action="store_true", help="tell what was said of each that is not right")
+    options = parser.parse_args(arguments)
+    missed = 0
+    print(f"{'':34}" + "".join(f"{word:>9}" for word in (*WORDS, "± holds", "ms")) + "   missed")
+    with get_context("spawn").Pool(options.processes) as pool:
+        for strays in (0, STRAYS):
+            for is_told in (True, False):
+                for kind in options.kinds or KINDS:
+                    if strays and kind not in AMONG_STRAYS:
+                        continue
+                    for lights in LIGHTS:
+                        if lights == 24 and kind in _NOT_24:
+                            continue
+                        jobs = [(kind, lights, strays, is_told, seed) for seed in range(options.pictures)]
+                        results = pool.map(run, jobs, chunksize=3)
+                        asked = ASKED_AMONG_STRAYS if strays else KINDS[kind][2 if is_told else 3]
+                        name = f"{kind}, {lights} lights{'' if is_told else ', unknown'}"
+                        missed += not report(f"{name}{', strays' if strays else ''}", results, asked, options.messages)
+    return 1 if missed else 0
+
+
+def report(name: str, results: Sequence[tuple[str, str, float, bool]], asked: float, messages: bool) -> bool:
+    """Print a line of the table; returns whether as many are right as asked."""
+    counts, total = Counter(one[0] for one in results), len(results)
+    is_enough = counts["right"] >= asked * total
+    holds = sum(one[3] for one in results if one[0] != "refused")
+    cells = [*(counts[word] for word in WORDS), f"{100 * holds / max(1, total - counts['refused']):.0f} %"]
+    cells.append(f"{np.median([one[2] for one in results]):.0f}")
+    told = "" if is_enough else f"   right {counts['right'] / total:.0%}, asked {asked:.0%}"
+    print(f"{name:34}" + "".join(f"{cell:>9}" for cell in cells) + told, flush=True)
+    for outcome, message, *_ in results:
+        if messages and outcome != "right":
+            print(f"    {outcome} | {message}")
+    return is_enough
+
+
+if __name__ == "__main__":
+    sys.exit(main())

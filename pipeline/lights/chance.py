@@ -11,6 +11,8 @@ from dockpose.lights.polygon import FIRST_POINTS, Polygon
 # Expected number of chance rings below which a ring is one: where it is all that there is, and where it is picked out
 # from among others, at two thresholds and from the brightest points first.
 ACCEPTED, ACCEPTED_AMONG_OTHERS = 1e-2, 1e-3
+# Of inexact lights clutter, which is not strewn evenly, makes more rings than chance.
+_ACCEPTED_INEXACT = 1e-4
 _SIZES = 6.0  # octaves of radius that are searched
 _BRIGHTNESSES = 8.0  # octaves of brightness down to the dimmest light, each another set of points
 LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rings: not every picture shows one
@@ -92,7 +94,8 @@ def accepted(
 ) -> Candidate | None:
     """Return a polygon as a candidate; None where chance, or lamps on a cable if they may, have made it.
 
-    One that is not exact may have lights off their places along the rim more than across it.
+    One that is not exact may have lights off their places along the rim more than across it. Of an unknown number it
+    must be nearly closed, for inexact lights fit many numbers; and picked out from others it must be surer.
     """
     members = polygon.members
     chance_among = partial(
@@ -105,11 +108,16 @@ def accepted(
         area_px2=scene.area_px2,
         apart_px2=None if is_exact else _squares_apart_px2(polygon, scene.points_px),
     )
-    # A ring of which no light is missing is not one of many numbers.
-    numbers = min(scene.numbers, _NUMBERS_OF_WHOLE) if LEAST_CROWD <= len(members) == sides else scene.numbers
+    # Where a ring of which no light is missing is all that there is, its number is not one of many.
+    is_all = LEAST_CROWD <= len(members) == sides == len(scene.points_px)
+    numbers = min(scene.numbers, _NUMBERS_OF_WHOLE) if is_all else scene.numbers
     # Four lights are picked out from among others, unless there is but one other: that makes so few fours.
     at_once = len(scene.points_px) <= (FIRST_POINTS if len(members) >= LEAST_CROWD else LEAST_CROWD)
     most = math.log((ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS) / numbers)
+    if not is_exact and len(members) < len(scene.points_px):
+        most = math.log(_ACCEPTED_INEXACT / numbers)
+    if not is_exact and scene.numbers > 1 and len(members) < CLOSED * sides:
+        return None
     if chance_among(near=(NONE_NEAR, NONE_NEAR)) > most:
         return None  # others near it, and cables, would only make it likelier
     chance = chance_among(

@@ -8,11 +8,12 @@ import numpy as np
 from dockpose.compiled import compiled
 from dockpose.lights.chance import LEAST_CROWD, Candidate, Scene, accepted
 from dockpose.lights.conics import conics_through
-from dockpose.lights.ellipse import MIN_POINTS
+from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX
 from dockpose.lights.polygon import Polygon, refitted, regular
 
 _TRIALS = 3003  # fives of points: all of fifteen
+_OF_ANY_NUMBER = 150  # of these: those near most points, which are tried with many numbers of lights
 _KEPT = 16  # ellipses, the most promising
 _ROUNDS = 3  # of fitting a pose and looking which points are its lights
 # In radii: how far off the circle a light may lie, which points tell the roll, and the least offsets that tell anything.
@@ -24,8 +25,11 @@ def handmade_rings(scene: Scene, chosen: np.ndarray, numbers: Sequence[int]) -> 
     if len(chosen) < MIN_POINTS:
         return []
     points = np.ascontiguousarray(scene.points_px[chosen])
-    corners, mappings = _begun(points, np.array(numbers))
     best: dict[frozenset[int], Candidate] = {}
+    whole = _of_all(points, scene.focal_px) if len(points) in numbers else None
+    if whole is not None and (ring := _least_likely(whole, chosen, len(points), scene)) is not None:
+        best[ring.members] = ring
+    corners, mappings = _begun(points, np.array(numbers))
     for row, mapping in zip(corners, mappings, strict=True):
         sides = int(row[0])
         polygon = _settled(row[1 : sides + 1], mapping, points, sides, scene.focal_px)
@@ -33,6 +37,30 @@ def handmade_rings(scene: Scene, chosen: np.ndarray, numbers: Sequence[int]) -> 
         if ring is not None:
             best.setdefault(ring.members, ring)
     return sorted(best.values(), key=lambda candidate: candidate.log_chance)
+
+
+def _of_all(points: np.ndarray, focal_px: float) -> Polygon | None:
+    """The polygon of all points (N, 2) in their order around the ellipse through them; None where there is none."""
+    try:
+        ellipse = fit_ellipse(points)
+    except NoEllipseError:
+        return None
+    cos, sin = math.cos(ellipse.angle_rad), math.sin(ellipse.angle_rad)
+    axes = np.array([[cos, -sin], [sin, cos]]) * ellipse.semi_axes_px
+    x, y = np.linalg.solve(axes, (points - ellipse.centre_px).T)
+    angles = np.arctan2(y, x)
+    order = np.argsort(angles)
+    roll = float((angles[order] - 2 * math.pi / len(points) * np.arange(len(points))).mean())
+    mapping = np.eye(3)
+    mapping[:2, :2], mapping[:2, 2] = axes @ _turned(roll)[:2, :2], ellipse.centre_px
+    return refitted(order, mapping, points, regular(len(points)), focal_px)
+
+
+@compiled
+def _turned(roll: float) -> np.ndarray:
+    """Map (3, 3) that turns a plane by an angle."""
+    cos, sin = np.cos(roll), np.sin(roll)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _begun(points: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -59,6 +87,8 @@ def _best_of(
     worths = np.zeros(most)
     own = np.full(width, -1)
     flat = np.empty((len(places), 2))
+    if len(numbers) > 1:
+        conics = conics[np.argsort(_off_all(conics, places, least_radius))[:_OF_ANY_NUMBER]]
     for t in range(len(conics)):
         is_ellipse, mapping = _affine_of(conics[t], least_radius)
         if not is_ellipse:
@@ -72,10 +102,21 @@ def _best_of(
                 is_new = is_new and not (own == corners[k]).all()
             if is_new:
                 worths[least], corners[least] = worth, own
-                cos, sin = np.cos(roll), np.sin(roll)
-                mappings[least] = mapping @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+                mappings[least] = mapping @ _turned(roll)
     order = np.argsort(worths)[: np.count_nonzero(worths < 0)]
     return corners[order], mappings[order]
+
+
+@compiled
+def _off_all(conics: np.ndarray, places: np.ndarray, least_radius: float) -> np.ndarray:
+    """Log (T,) of how often chance lays places (M, 3) so near each of conics (T, 6); 0 of one that is no ring."""
+    logs, flat = np.zeros(len(conics)), np.empty((len(places), 2))
+    for t in range(len(conics)):
+        is_ellipse, mapping = _affine_of(conics[t], least_radius)
+        near = _flatten(mapping, places, flat) if is_ellipse else 1.0
+        for k in range(len(places) if is_ellipse else 0):
+            logs[t] += np.log(min(1.0, near * max(abs(flat[k, 0]), _LEAST_ACROSS)))
+    return logs
 
 
 @compiled
@@ -161,9 +202,7 @@ def _settled(
         _, roll = _placed(flat, near, sides, row)
         if (row[1:] == corners).all():
             break
-        corners = row[1:].copy()
-        cos, sin = math.cos(roll), math.sin(roll)
-        mapping = polygon.mapping @ np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+        corners, mapping = row[1:].copy(), polygon.mapping @ _turned(roll)
     return polygon
 
 

@@ -20,7 +20,10 @@ _NO_CHANCE = 100.0  # sum of squares, relative to the other's, of a pose on whos
 # what chance hardly does (Fisher's F).
 _PLACED_PX, _LEAST_PX, _NO_SLIDE = 0.5, 0.05, 1e-3
 
-WITHIN = 0.25  # of the mean spacing: points farther than this from every light are not the dock's
+# Of the spacing, root mean square: how far off even spacing lights may be for it to tell anything, where each is the
+# nearest to its place, as anywhere would be .29; and where all are in view, so that their order says which each is.
+EVEN_WITHIN, _IN_ORDER_WITHIN = 0.22, 0.3
+WITHIN = 0.25  # of the mean spacing: points farther than this from every known angle are not the dock's
 _WORTH = 1.0  # penalty for a wrong colour, in squared mean spacings: more than the largest allowed offset
 _SURE = 0.95  # probability from which the roll counts as known
 _IN_ONE_TURN = 1e-9  # rounding of a full turn
@@ -251,12 +254,13 @@ def _on_even_ring(points: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarra
             nearest = round(slot)
             light = lights[k, number] = int(nearest) % count
             angles[k, number] = roll + step * nearest
-            if taken[light] or not abs(slot - nearest) < WITHIN:
+            if taken[light]:
                 fits[k] = False
             taken[light] = True
+        fits[k] &= _rms(points[k] - angles[k]) < EVEN_WITHIN * step
         if not fits[k] and points.shape[1] == count:
-            fits[k] = True
             rolls[k] = _in_order(points[k], lights[k], angles[k])
+            fits[k] = _rms(points[k] - angles[k]) < _IN_ORDER_WITHIN * step
     return lights, rolls, angles, fits
 
 
@@ -271,6 +275,15 @@ def _in_order(points: np.ndarray, lights: np.ndarray, angles: np.ndarray) -> flo
     for number in range(count):
         angles[number] = roll + step * lights[number]
     return roll
+
+
+@compiled
+def _rms(values: np.ndarray) -> float:
+    """Root of the mean of the squares of values (N,)."""
+    total = 0.0
+    for value in values:
+        total += value * value
+    return math.sqrt(total / len(values))
 
 
 def _place_known(points_rad: np.ndarray, known_rad: np.ndarray, wrong: np.ndarray) -> tuple[np.ndarray, float, bool]:

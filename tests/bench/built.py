@@ -24,50 +24,58 @@ KINDS = {
     "4 deg": (math.radians(4), 0.01, 0.95, 0.90),
     "5 %": (0.05, 0.05, 0.80, 0.70),
     "6 deg": (math.radians(6), 0.01, 0.80, 0.70),
+    "strewn": (math.inf, math.inf, 0.998, 0.998),
 }
+STREWN = "strewn"  # anywhere in the picture: no ring, and right to be refused
 # Of so many lights, which stand 15 degrees apart, neighbours that are off by so much can change places.
 _NOT_24 = ("4 deg", "6 deg")
-AMONG_STRAYS = ("3 %", "4 deg")
+AMONG_STRAYS = ("3 %", "4 deg", STREWN)
 STRAYS, ASKED_AMONG_STRAYS = 10, 0.85
 WITHIN = 0.05  # of the range
 SURE = 0.95
 WORDS = ("right", "refused", "wrong", "sure")
 
 
-def built(rng: np.random.Generator, lights: int, along: float, across: float, strays: int, is_told: bool) -> Shown:
+def built(rng: np.random.Generator, kind: str, lights: int, strays: int, is_told: bool) -> Shown:
     """A dock three diameters away on black, its lights off their places; ``strays`` other lamps around it."""
+    along, across = KINDS["2 %" if kind == STREWN else kind][:2]
     angles = even(lights) + rng.normal(0, along, lights)
     points = circle(angles) * (1 + rng.normal(0, across, lights))[:, None]
     lamps = dock_drawn(rng, points, Dock(DIAMETER_M, lights if is_told else None), diameters=3, tilt_deg=(0, 45))
-    add_strays(rng, lamps, strays)
+    if kind == STREWN:
+        radii_px = lamps.radii_px
+        lamps.points_px, lamps.radii_px, lamps.share = np.empty((0, 2)), np.empty(0), np.empty(0)
+        lamps.position_m = None
+        add_strays(rng, lamps, lights, radii_px)
+    add_strays(rng, lamps, strays, lamps.radii_px)
     return drawn(rng, lamps, background=5.0)
 
 
-def add_strays(rng: np.random.Generator, lamps: Lamps, number: int) -> None:
-    """Add lamps anywhere in the picture, as large and as bright as the dock's and apart from all others."""
-    camera, least_px = lamps.camera, 2.6 * float(lamps.radii_px.max())
+def add_strays(rng: np.random.Generator, lamps: Lamps, number: int, radii_px: np.ndarray) -> None:
+    """Add lamps anywhere in the picture, as large as some, as bright as the dock's, and apart from all others."""
+    camera, least_px = lamps.camera, 2.6 * float(radii_px.max())
     while number:
         place = rng.uniform(10, [camera.width - 10, camera.height - 10])
         points_px = np.vstack([lamps.points_px, place])
         if closest_px(points_px) > least_px:
-            lamps.add(place[None], lamps.radii_px[:1], rng.uniform(0.75, 1.0, 1))
+            lamps.add(place[None], radii_px[:1], rng.uniform(0.75, 1.0, 1))
             number -= 1
 
 
 def run(job: tuple[str, int, int, bool, int]) -> tuple[str, str, float, bool]:
     """What came of a picture, the message, the time in ms, and whether the range's interval of 95 % holds."""
     kind, lights, strays, is_told, seed = job
-    along, across, *_ = KINDS[kind]
     rng = np.random.default_rng([seed, lights, strays, *kind.encode()])
-    shown = built(rng, lights, along, across, strays, is_told)
+    shown = built(rng, kind, lights, strays, is_told)
     found = estimate(shown.image, shown.camera, shown.dock)
-    outcome, holds = "refused", False
-    if found.status == "ok" and found.selected is not None and shown.position_m is not None:
-        pose = found.selected
+    pose = found.selected
+    if found.status != "ok" or pose is None:
+        return "right" if kind == STREWN else "refused", found.message, found.elapsed_ms, False
+    outcome, holds = "wrong" if (pose.probability or 0) * (found.detection or 0) < SURE else "sure", False
+    if shown.position_m is not None:
         off_m = pose.position_m - shown.position_m
         is_right = np.linalg.norm(off_m) < WITHIN * np.linalg.norm(shown.position_m)
-        is_sure = (pose.probability or 0) * (found.detection or 0) >= SURE
-        outcome = "right" if is_right else "sure" if is_sure else "wrong"
+        outcome = "right" if is_right else outcome
         holds = pose.sigma_position_m is not None and bool(abs(off_m[2]) < 1.96 * pose.sigma_position_m[2])
     return outcome, found.message, found.elapsed_ms, holds
 
@@ -93,7 +101,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                             continue
                         jobs = [(kind, lights, strays, is_told, seed) for seed in range(options.pictures)]
                         results = pool.map(run, jobs, chunksize=3)
-                        asked = ASKED_AMONG_STRAYS if strays else KINDS[kind][2 if is_told else 3]
+                        asked = ASKED_AMONG_STRAYS if strays and kind != STREWN else KINDS[kind][2 if is_told else 3]
                         name = f"{kind}, {lights} lights{'' if is_told else ', unknown'}"
                         missed += not report(f"{name}{', strays' if strays else ''}", results, asked, options.messages)
     return 1 if missed else 0

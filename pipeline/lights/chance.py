@@ -12,7 +12,9 @@ from dockpose.lights.polygon import FIRST_POINTS, Polygon
 # from among others, at two thresholds and from the brightest points first.
 ACCEPTED, ACCEPTED_AMONG_OTHERS = 1e-2, 1e-3
 # Of inexact lights clutter, which is not strewn evenly, makes more rings than chance.
-_ACCEPTED_INEXACT = 1e-4
+# What is farther off than hands place lamps, as a share of the radius, root mean square, is a dock's only where nothing
+# else is in view.
+_ACCEPTED_INEXACT, _BUILT_WITHIN = 1e-4, 0.065
 _SIZES = 6.0  # octaves of radius that are searched
 _BRIGHTNESSES = 8.0  # octaves of brightness down to the dimmest light, each another set of points
 LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rings: not every picture shows one
@@ -116,6 +118,8 @@ def accepted(
     most = math.log((ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS) / numbers)
     if not is_exact and len(members) < len(scene.points_px):
         most = math.log(_ACCEPTED_INEXACT / numbers)
+        if polygon.squares_px2 > len(members) * _BUILT_WITHIN**2 * math.prod(polygon.semi_axes_px):
+            return None
     if not is_exact and scene.numbers > 1 and len(members) < CLOSED * sides:
         return None
     if chance_among(near=(NONE_NEAR, NONE_NEAR)) > most:
@@ -128,7 +132,7 @@ def accepted(
 
 
 def _squares_apart_px2(polygon: Polygon, points_px: np.ndarray) -> tuple[float, float]:
-    """Sums of the squares of how far a polygon's points (M, 2) are off their corners, along the circle and across it."""
+    """Sums of squares of how far a polygon's points (M, 2) are off their corners, along the circle and across it."""
     places = np.column_stack([points_px[polygon.members], np.ones(len(polygon.members))])
     flat = places @ np.linalg.inv(polygon.mapping).T
     x, y = (flat[:, :2] / flat[:, 2:]).T

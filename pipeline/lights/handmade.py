@@ -16,7 +16,7 @@ _TRIALS = 3003  # fives of points: all of fifteen
 _OF_ANY_NUMBER = 150  # of these: those near most points, which are tried with many numbers of lights
 _KEPT = 16  # ellipses, the most promising
 _ROUNDS = 3  # of fitting a pose and looking which points are its lights
-# In radii: how far off the circle a light may lie, which points tell the roll, and the least offsets that tell anything.
+# In radii: how far off the circle a light may lie, which points tell the roll, the least offsets that tell anything.
 _BAND, _ON_RIM, _LEAST_ACROSS, _LEAST_ALONG = 0.25, 0.15, 0.01, 0.02
 
 
@@ -64,7 +64,7 @@ def _turned(roll: float) -> np.ndarray:
 
 
 def _begun(points: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers of lights with the points at their corners (K, 1 + N), and homographies (K, 3, 3), of the best ellipses."""
+    """Numbers of lights with the points at their corners (K, 1 + N), homographies (K, 3, 3), of the best ellipses."""
     count = len(points)
     middle, scale = points.mean(axis=0), max(float(points.std()), 1e-9)
     places = np.column_stack([(points - middle) / scale, np.ones(count)])

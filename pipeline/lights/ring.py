@@ -67,7 +67,7 @@ def find_ring(
 ) -> Ring:
     """Find the markers, at undistorted places (N, 2), that are the dock's lights; few of them if ``of_few``.
 
-    Where none are exact, those of a ring that hands have built if ``handmade``.
+    If ``handmade``, those of a ring whose lights are off their places.
     """
     count = len(points_px)
     density = count / area_px2
@@ -87,23 +87,11 @@ def find_ring(
     scene = Scene(points_px - [camera.cx, camera.cy], brightness, area_px2, focal_px, _is_even(dock), numbers)
     in_lattice = repeating(points_px) if count > FIRST_POINTS else np.zeros(count, dtype=bool)
     order = order[~in_lattice[order]]
-    # Of a known number corners are found sooner, of an unknown one the ellipse.
-    corners_first = dock.lights in NUMBERS
-    found = [] if corners_first else _of_many(scene, order, dock, tolerance)
-    # Bright lights far apart have the specks between them for neighbours, unless they are looked at by themselves; but
-    # not where the next are as bright, so that no few stand out.
-    next_light = brightness[order[FEW_POINTS : 2 * FEW_POINTS]]
-    stand_out = len(next_light) < FEW_POINTS or next_light[-1] < _STAND_OUT * brightness[order[FEW_POINTS // 2]]
-    looks = ((FIRST_POINTS, 0), (FEW_POINTS if stand_out else 0, FEW_POINTS), (MAX_POINTS, FIRST_POINTS))
-    for most, of_more in looks:
-        if of_few and not found and most and len(order) > of_more:
-            chosen = np.sort(order[:most])
-            found = _candidates(scene, chosen, dock, tolerance)
-    if corners_first and not found:
-        found = _of_many(scene, order, dock, tolerance)
-    if handmade and not found and scene.even:
+    if handmade:
         numbers = range(MIN_POINTS, NUMBERS.stop) if dock.lights is None else (dock.lights,)
-        found = handmade_rings(scene, order[:FIRST_POINTS], numbers)
+        found = handmade_rings(scene, order[:FIRST_POINTS], numbers) if scene.even else []
+    else:
+        found = _exact(scene, order, dock, tolerance, of_few)
     nothing = np.zeros(count, dtype=bool)
     if not found:
         if in_lattice.any():
@@ -147,6 +135,25 @@ def _mask(count: int, candidate: Candidate) -> np.ndarray:
     mask = np.zeros(count, dtype=bool)
     mask[candidate.polygon.members] = True
     return mask
+
+
+def _exact(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float, of_few: bool) -> list[Candidate]:
+    """Rings of lights in their places among points in order, of few lights only if asked for; the surest first."""
+    # Of a known number corners are found sooner, of an unknown one the ellipse.
+    corners_first = dock.lights in NUMBERS
+    found = [] if corners_first else _of_many(scene, order, dock, tolerance)
+    # Bright lights far apart have the specks between them for neighbours, unless they are looked at by themselves; but
+    # not where the next are as bright, so that no few stand out.
+    next_light = scene.brightness[order[FEW_POINTS : 2 * FEW_POINTS]]
+    stand_out = len(next_light) < FEW_POINTS or next_light[-1] < _STAND_OUT * scene.brightness[order[FEW_POINTS // 2]]
+    looks = ((FIRST_POINTS, 0), (FEW_POINTS if stand_out else 0, FEW_POINTS), (MAX_POINTS, FIRST_POINTS))
+    for most, of_more in looks:
+        if of_few and not found and most and len(order) > of_more:
+            chosen = np.sort(order[:most])
+            found = _candidates(scene, chosen, dock, tolerance)
+    if corners_first and not found:
+        found = _of_many(scene, order, dock, tolerance)
+    return found
 
 
 def _candidates(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:

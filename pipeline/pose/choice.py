@@ -20,10 +20,10 @@ _NO_CHANCE = 100.0  # sum of squares, relative to the other's, of a pose on whos
 # what chance hardly does (Fisher's F).
 _PLACED_PX, _LEAST_PX, _NO_SLIDE = 0.5, 0.05, 1e-3
 
-# Of the spacing, root mean square: how far off even spacing lights may be for it to tell anything, where each is the
-# nearest to its place, as anywhere would be .29; and where all are in view, so that their order says which each is.
-EVEN_WITHIN, _IN_ORDER_WITHIN = 0.22, 0.3
-WITHIN = 0.25  # of the mean spacing: points farther than this from every known angle are not the dock's
+# Of the spacing, root mean square: how far off even spacing all lights of a dock may be for it to tell anything; their
+# order says which each is.
+_IN_ORDER_WITHIN = 0.3
+WITHIN = 0.25  # of the mean spacing: points farther than this from every light are not the dock's
 _WORTH = 1.0  # penalty for a wrong colour, in squared mean spacings: more than the largest allowed offset
 _SURE = 0.95  # probability from which the roll counts as known
 _IN_ONE_TURN = 1e-9  # rounding of a full turn
@@ -220,7 +220,7 @@ def place(points_rad: np.ndarray, dock: Dock, labels: Sequence[str | None] | Non
     coloured = bool(dock.colours) and labels is not None and any(label is not None for label in labels)
     if not coloured and not dock.angles_deg:
         count = dock.lights or points_rad.shape[1]
-        lights, rolls, angles, fits = _on_even_ring(points_rad, count)
+        lights, rolls, angles, fits = _on_even_ring(points_rad, count, dock.lights == points_rad.shape[1])
         return Placement(lights, rolls, angles, fits.tolist(), 2 * math.pi / count)
     known = dock.light_angles_rad()
     wrong = np.zeros((points_rad.shape[1], len(known)))  # whether point i cannot be light j, as its colour differs
@@ -234,8 +234,13 @@ def place(points_rad: np.ndarray, dock: Dock, labels: Sequence[str | None] | Non
 
 
 @compiled
-def _on_even_ring(points: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """What :class:`Placement` has, by the common phase of the points' angles, modulo the spacing."""
+def _on_even_ring(
+    points: np.ndarray, count: int, are_all: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What :class:`Placement` has, by the common phase of the points' angles, modulo the spacing.
+
+    If these are all of the dock's lights, their order may say which each is.
+    """
     step = 2 * math.pi / count
     lights, angles = np.empty(points.shape, np.int64), np.empty(points.shape)
     rolls, fits = np.empty(len(points)), np.empty(len(points), np.bool_)
@@ -254,13 +259,12 @@ def _on_even_ring(points: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarra
             nearest = round(slot)
             light = lights[k, number] = int(nearest) % count
             angles[k, number] = roll + step * nearest
-            if taken[light]:
+            if taken[light] or not abs(slot - nearest) < WITHIN:
                 fits[k] = False
             taken[light] = True
-        fits[k] &= _rms(points[k] - angles[k]) < EVEN_WITHIN * step
-        if not fits[k] and points.shape[1] == count:
+        if not fits[k] and are_all:
             rolls[k] = _in_order(points[k], lights[k], angles[k])
-            fits[k] = _rms(points[k] - angles[k]) < _IN_ORDER_WITHIN * step
+            fits[k] = np.sqrt(np.mean((points[k] - angles[k]) ** 2)) < _IN_ORDER_WITHIN * step
     return lights, rolls, angles, fits
 
 
@@ -275,15 +279,6 @@ def _in_order(points: np.ndarray, lights: np.ndarray, angles: np.ndarray) -> flo
     for number in range(count):
         angles[number] = roll + step * lights[number]
     return roll
-
-
-@compiled
-def _rms(values: np.ndarray) -> float:
-    """Root of the mean of the squares of values (N,)."""
-    total = 0.0
-    for value in values:
-        total += value * value
-    return math.sqrt(total / len(values))
 
 
 def _place_known(points_rad: np.ndarray, known_rad: np.ndarray, wrong: np.ndarray) -> tuple[np.ndarray, float, bool]:

@@ -162,7 +162,7 @@ def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Set
     found = _search_with(threshold, white, camera, dock, settings)
     if not found.is_exact():
         found = _search_by_light(found, white, camera, dock, settings)
-    return found if found.log_chance < _LITTLE_CHANCE else None
+    return found if found.status == "ok" and found.log_chance < _LITTLE_CHANCE else None
 
 
 def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> _Found:
@@ -178,10 +178,32 @@ def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock
             best = max(best, found, key=_Found.rank)
         if best.is_exact(_EXACT_OF_AXIS):
             break
-    if best.status != "ok":
-        made = [_search_with(one, picture, camera, dock, settings, handmade=True) for one in _clear(looks)]
-        best = max([best, *made], key=_Found.rank)
-    return best
+    clear = [] if best.is_exact(_EXACT_OF_AXIS) else list(_clear(looks))
+    other = _of_another_number(clear, picture, camera, dock, settings)
+    if other is not None and other.log_chance < best.log_chance:
+        return other
+    made = [_search_with(one, picture, camera, dock, settings, handmade=True) for one in clear if best.status != "ok"]
+    return max([best, *made], key=_Found.rank)
+
+
+def _of_another_number(
+    thresholds: Sequence[Threshold], picture: Picture, camera: Camera, dock: Dock, settings: Settings
+) -> _Found | None:
+    """A whole ring of even lights, beyond chance, of another number than the dock's; None where there is none."""
+    if dock.lights is None or dock.angles_deg or dock.offsets_m:
+        return None
+    free = msgspec.structs.replace(dock, lights=None, colours=())
+    for threshold in thresholds[:1]:
+        found = _search_with(threshold, picture, camera, free, settings)
+        ring = found.stages.get("ring")
+        if found.status != "ok" or ring is None or ring.lights in (None, dock.lights) or ring.focal_px is not None:
+            continue
+        if int(ring.on_ring.sum()) == ring.lights and found.log_chance < _NO_CHANCE:
+            seen = f"{ring.lights} evenly spaced lights are in view; the dock has {dock.lights}: is that right?"
+            nothing = Ring(np.zeros_like(ring.on_ring), seen, lights=ring.lights)
+            kept = {name: found.stages[name] for name in ("threshold", "markers")}
+            return _Found("not_a_ring", seen, kept | {"ring": nothing}, found.log_chance)
+    return None
 
 
 def _clear(looks: Sequence[_Found]) -> Iterator[Threshold]:

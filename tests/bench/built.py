@@ -26,11 +26,12 @@ KINDS = {
     "6 deg": (math.radians(6), 0.01, 0.80, 0.70),
     "strewn": (math.inf, math.inf, 0.998, 0.998),
 }
+NUMBERS = (5, 6, 8, 9, 11, 12, 15, 20)  # that are told where ten even lights are in view
 STREWN = "strewn"  # anywhere in the picture: no ring, and right to be refused
 # Of so many lights, which stand 15 degrees apart, neighbours that are off by so much can change places.
 _NOT_24 = ("4 deg", "6 deg")
 AMONG_STRAYS = ("3 %", "4 deg", STREWN)
-STRAYS, ASKED_AMONG_STRAYS = 10, 0.85
+STRAYS, ASKED_AMONG_STRAYS, ASKED_NAMED = 10, 0.85, 0.95
 WITHIN = 0.05  # of the range
 SURE = 0.95
 WORDS = ("right", "refused", "wrong", "sure")
@@ -80,6 +81,19 @@ def run(job: tuple[str, int, int, bool, int]) -> tuple[str, str, float, bool]:
     return outcome, found.message, found.elapsed_ms, holds
 
 
+def run_number(job: tuple[int, int]) -> tuple[str, str, float, bool]:
+    """What came of ten even lights where another number was told; right where the message names them."""
+    told, seed = job
+    rng = np.random.default_rng([seed, told])
+    lamps = dock_drawn(rng, circle(even(10)), Dock(DIAMETER_M, told), diameters=3, tilt_deg=(0, 45))
+    shown = drawn(rng, lamps, background=5.0)
+    found = estimate(shown.image, shown.camera, shown.dock)
+    is_named = found.status != "ok" and found.message.startswith("10 evenly spaced lights")
+    sure = found.selected is not None and (found.selected.probability or 0) * (found.detection or 0) >= SURE
+    outcome = "right" if is_named else "refused" if found.status != "ok" else "sure" if sure else "wrong"
+    return outcome, found.message, found.elapsed_ms, False
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print a table. Returns 1 where something is missed."""
     parser = argparse.ArgumentParser(prog="python -m tests.bench.built", description=__doc__)
@@ -104,6 +118,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
                         asked = ASKED_AMONG_STRAYS if strays and kind != STREWN else KINDS[kind][2 if is_told else 3]
                         name = f"{kind}, {lights} lights{'' if is_told else ', unknown'}"
                         missed += not report(f"{name}{', strays' if strays else ''}", results, asked, options.messages)
+        for told in () if options.kinds else NUMBERS:
+            results = pool.map(run_number, [(told, seed) for seed in range(options.pictures)], chunksize=3)
+            missed += not report(f"10 lights, {told} told", results, ASKED_NAMED, options.messages)
     return 1 if missed else 0
 
 

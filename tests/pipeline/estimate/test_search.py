@@ -1,5 +1,7 @@
+import cv2
 import numpy as np
 import pytest
+from dockpose import Camera, Dock, Estimate, estimate
 from dockpose.estimate.search import _Found
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.lights.markers import Markers
@@ -40,3 +42,31 @@ def test_centres_that_are_worse_known_are_no_better_for_being_nearer_to_even(oth
 
 def test_a_look_with_a_light_off_the_rim_does_not_hold_out_against_one_with_all_on_it():
     assert not look(4.0, 0.1).knows_better(look(0.0, 3.0))
+
+
+def drawn(lights: int, told: int, off: float = 0.0, seed: int = 0) -> Estimate:
+    """An estimate of so many lamps of three pixels, off their places by a share of the radius, on black."""
+    rng = np.random.default_rng(seed)
+    angles = 2 * np.pi * np.arange(lights) / lights + rng.normal(0, off, lights)
+    picture = np.zeros((480, 640), np.uint8)
+    for x, y in np.column_stack([320 + 100 * np.cos(angles), 240 + 85 * np.sin(angles)]):
+        cv2.circle(picture, (round(16 * x), round(16 * y)), 3 * 16, 255, -1, cv2.LINE_AA, 4)
+    camera = Camera(640.0, 640.0, 319.5, 239.5, 640, 480)
+    return estimate(cv2.GaussianBlur(picture, (0, 0), 1), camera, Dock(0.30, told))
+
+
+@pytest.mark.parametrize("told", [5, 7, 9, 11, 12, 20])
+def test_another_number_of_lights_is_named_rather_than_taken_for_a_part_of_the_dock(told):
+    found = drawn(10, told)
+    assert found.status == "not_a_ring"
+    assert found.message.startswith(f"10 evenly spaced lights are in view; the dock has {told}: is that right?")
+    assert found.ring.lights == 10
+
+
+@pytest.mark.parametrize("lights", [6, 8, 12])
+def test_lights_a_twelfth_of_the_radius_off_along_the_rim_are_a_dock_where_nothing_else_is_in_view(lights):
+    found = drawn(lights, lights, 0.08)
+    assert found.status == "ok"
+    assert found.lights_on_ring == lights
+    # The picture's scale is known from across the rim, where the lights are in place: 0.15 m are 100 px.
+    assert found.selected.position_m[2] == pytest.approx(640 * 0.15 / 100, rel=0.02)

@@ -17,7 +17,6 @@ import yaml
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number
 from dockpose.app.experiment.record import POSE_COLUMNS, Row, csv_text
-from dockpose.app.export.parts import page
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml, with_versions
 from markupsafe import escape
@@ -184,6 +183,8 @@ def latex_table(rows: Sequence[Row]) -> str:
 
 def html_table(rows: Sequence[Row]) -> str:
     """Return a complete page with the table."""
+    from dockpose.app.export.parts import page
+
     return page("table.html", table=table(rows)) + "\n"
 
 

@@ -45,7 +45,6 @@ def own_pages() -> dict[str, Page]:
         "/alive": Page("text/plain; charset=utf-8", b"alive"),
         LOOK_PATH: Page("text/plain; charset=utf-8", b""),
         "/help": Page(html, help_page().encode()),
-        "/paper": Page(html, static_path("paper.html").read_bytes()),
     }
 
 

@@ -4,7 +4,3 @@ Needs the packages of the extra ``ros``, which are imported when a bag is opened
 refuse files that break off, stop at the first damaged chunk and expand any size, so a file is gone through once, record
 by record, which these libraries parse, and its pictures are then read by their places.
 """
-
-from dockpose.sources.bags.bag import Bag
-
-__all__ = ["Bag"]

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.drawing.colours import POSE_NAMES, TRUST_COLOURS
+from dockpose.app.drawing.numbers import SI_COLUMNS
 from dockpose.app.state.scene import rendered
 from dockpose.app.state.trust import Trust, trust_in
 from dockpose.app.state.view import View
@@ -17,7 +18,7 @@ from dockpose.sources import Frame
 from dockpose.tracking.tracker import Tracked
 
 MOST_POINTS = 20_000  # beyond which the oldest are dropped; a live source may run for hours
-COLUMNS = ("time_s", "x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "eccentricity", "probability", "lost")
+COLUMNS = ("time_s", *SI_COLUMNS, "eccentricity", "probability", "lost")
 _NOMINAL_HZ = 10.0  # of frames without times
 ROUNDING = 1e-11  # relative, and absolute below 1
 _FROM_OUTSIDE = ("hand", "tracking")  # choices that a picture alone does not determine

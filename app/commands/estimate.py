@@ -19,9 +19,9 @@ from dockpose.app.export.recordings.ros import ENDING as MCAP_ENDING
 from dockpose.app.export.recordings.ros import Seen
 from dockpose.app.inputs.pictures import Batch, Picture
 from dockpose.app.inputs.sequences import FrameSource, resolve
-from dockpose.app.processing.analysis import differences, estimate_again, trust_of
-from dockpose.app.processing.following import AutoMasks
+from dockpose.app.processing.masks import AutoMasks
 from dockpose.app.resources import versions
+from dockpose.app.state.trust import trust_of
 from dockpose.camera.image import decode, read_picture_file
 from dockpose.text import as_text
 from dockpose.thresholds import METHODS
@@ -205,6 +205,8 @@ def replay_session(folder: Path) -> int:
 
 def _replayed(record: "SessionRecord", row: "Row") -> str:
     """Which numbers of a row differ and why; empty where none does."""
+    from dockpose.app.processing.analysis import differences, estimate_again
+
     line, path = record.line(row), record.folder / row.file
     data = read_picture_file(path)
     name = str(path.with_suffix(".json"))

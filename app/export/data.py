@@ -8,7 +8,7 @@ import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import msgspec
@@ -26,9 +26,11 @@ from dockpose.app.drawing.numbers import (
     number,
 )
 from dockpose.app.experiment.record import Row, csv_text
-from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml, with_versions
 from markupsafe import escape
+
+if TYPE_CHECKING:
+    from dockpose.app.processing.analysis import Analysis
 
 _CANDIDATE_COLUMNS = (*SI_COLUMNS, "probability", "rms_px")
 _TRACK_KEYS = ("probability", "age", "predicted", "lost")
@@ -70,7 +72,7 @@ _FORMULA = re.compile(r"^[=+\-@\t]")
 _GREEK = re.compile(r"GREEK (SMALL|CAPITAL) LETTER (\w+)$")
 
 
-def result_line(analysis: Analysis, sha256: str | None = None) -> dict[str, Any]:
+def result_line(analysis: "Analysis", sha256: str | None = None) -> dict[str, Any]:
     """Return the JSON object of schema 1, with version numbers; ``sha256`` is the checksum of the picture's file."""
     return with_versions(analysis.estimate.to_dict(analysis.view.source, frame=0, sha256=sha256))
 
@@ -126,7 +128,7 @@ def _pose_values(pose: dict[str, Any]) -> Iterator[Any]:
         yield from pose.get(f"{sigma}_theta_deg") or (None,) * 2
 
 
-def settings_yaml(analysis: Analysis) -> str:
+def settings_yaml(analysis: "Analysis") -> str:
     """Return the settings, dock and camera that were used and, where there is one, the measured pose as YAML."""
     view, found = analysis.view, analysis.estimate
     content: dict[str, Any] = {

@@ -109,11 +109,13 @@ soak: $(VENV)/.test
 samples: $(VENV)/.installed
 	$(BIN)/python -c "from dockpose.simulate.files import render_folder; render_folder('sample_images')"
 
-# Makes the report on the paper and the study's advice that the page's help shows: some ten minutes.
+# Makes docs/paper.md and the study's advice that the page's help shows: some ten minutes.
 report: $(VENV)/.installed
 	rm -rf build/study
 	$(BIN)/dockpose reproduce --out build/reproduction
-	cp build/reproduction/index.html static/paper.html
+	rm -rf docs/figures/paper && mkdir -p docs/figures/paper
+	cd build/reproduction && cp $$(grep -o '](\./[^)]*' paper.md | cut -c5-) $(CURDIR)/docs/figures/paper/
+	sed 's|](\./|](figures/paper/|' build/reproduction/paper.md > docs/paper.md
 	$(BIN)/dockpose study --scenes 2000 --seed 2016 --out build/study
 	cp build/study/advice.html static/study.html
 

@@ -71,6 +71,11 @@ window.addEventListener("drop", (event) => {
   sendAll([...event.dataTransfer.files]);
 });
 
+// The strip, made large for whoever looks from afar; its words come anew with each result, so what is pressed is of the page.
+document.addEventListener("click", (event) => {
+  if (event.target.id === "strip-size") document.documentElement.classList.toggle("large");
+});
+
 // What was measured by hand stands in boxes for text, for viser's box for a number cannot be blank. They take nothing
 // but what a number is written with, so that a key pressed for a command never falls into one.
 const MEASURED = /^(Measured )?([xyz]|θ[xy]|Distance) \((cm|°)\)$/;

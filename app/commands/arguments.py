@@ -15,15 +15,13 @@ from dockpose import Camera, Dock, Settings, Vehicle, load_vehicle
 from dockpose.app.commands.console import say
 from dockpose.app.errors import UserError, blaming, writing
 from dockpose.app.experiment.record import files_of_session, is_session
-from dockpose.app.export.recording import check_name
-from dockpose.app.export.video import is_video_file
 from dockpose.app.inputs.protected import Claims, Protected, files_below, files_of, is_on_disk, places
 from dockpose.app.inputs.sequences import is_sequence, wishes_from
 from dockpose.app.resources import read_toml
 from dockpose.camera.files import NoSizeError, load_camera, split_name
 from dockpose.lights.masks import Mask, check_masks
 from dockpose.sidecar import load_dock, sample_source
-from dockpose.sources import Kind, Wishes, kind_of, open_frames
+from dockpose.sources import Kind, Wishes, kind_of
 from dockpose.text import printable
 
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
@@ -83,8 +81,16 @@ def _is_shared(arguments: argparse.Namespace, option: str, value: str) -> bool:
     """Whether programs may share it: a pipe, a log, or a folder of pictures that are made one from one."""
     if option == "--log-file" or not is_on_disk(value):
         return True
-    is_folder = option in ("--annotate", "--montage") and not is_video_file(Path(value))
-    return is_folder and getattr(arguments, "rate", None) is None and not any(map(is_sequence, arguments.sources))
+    if option not in ("--annotate", "--montage"):
+        return False
+    # FFmpeg, which pictures alone do not need.
+    from dockpose.app.export.video import is_video_file
+
+    return (
+        not is_video_file(Path(value))
+        and getattr(arguments, "rate", None) is None
+        and not any(map(is_sequence, arguments.sources))
+    )
 
 
 def _read_by(arguments: argparse.Namespace) -> Iterator[Path]:
@@ -97,6 +103,11 @@ def _read_by(arguments: argparse.Namespace) -> Iterator[Path]:
         yield from files_below(given["folder"])
     for session in given["sessions"].glob("*") if "sessions" in given else ():
         yield from files_of_session(session)
+
+
+def is_split(arguments: argparse.Namespace) -> bool:
+    """Whether pictures, or chunks of frames, go to other processes."""
+    return arguments.jobs > 1 or arguments.scheduler is not None
 
 
 def check_least(arguments: argparse.Namespace, **least: int) -> None:
@@ -132,6 +143,8 @@ def _size_of_first(arguments: argparse.Namespace) -> tuple[int, int] | None:
     given = vars(arguments)
     source = given.get("source") or next(iter(given.get("sources") or ()), None)
     if source is not None and kind_of(source) not in (Kind.CAMERA, Kind.STREAM):
+        from dockpose.sources import open_frames
+
         with contextlib.suppress(ValueError), open_frames(source, topic=given.get("topic")) as frames:
             for frame in frames:
                 return frame.image.shape[1], frame.image.shape[0]
@@ -189,6 +202,8 @@ def wishes_of(arguments: argparse.Namespace, sources: Sequence[str]) -> Wishes:
 
 def check_recording(path: Path, sources: Sequence[str]) -> None:
     """Raise UserError where ``--record`` has nothing to record, or no name for it."""
+    from dockpose.app.export.recording import check_name
+
     if len(sources) != 1 or kind_of(sources[0]) not in (Kind.CAMERA, Kind.STREAM):
         what = "give one camera or stream alone" if len(sources) != 1 else f"{sources[0]} is neither camera nor stream"
         raise UserError(f"--record {path} keeps what a camera or stream gives; {what}")

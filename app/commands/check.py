@@ -6,7 +6,7 @@ import math
 import numpy as np
 from dockpose.app.commands.console import EXIT_ALL_READ, put
 from dockpose.app.commands.progress import put_rich
-from dockpose.app.drawing.numbers import MISSING, number
+from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.experiment import read_session
 from dockpose.app.export.words import Checked, check_session
@@ -16,7 +16,7 @@ from dockpose.pose.tape import TAPE_M
 from rich import box
 from rich.table import Table
 
-_HEAD = ("row", "x (cm)", "y (cm)", "z (cm)", "distance (cm)", "θx (°)", "θy (°)")
+_HEAD = ("row", *QUANTITIES[:3], "distance (cm)", *QUANTITIES[3:])
 _PROTRACTOR_DEG = 0.5
 KNOWN = {"tape": {"default": 1000 * TAPE_M}}
 

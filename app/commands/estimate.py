@@ -6,30 +6,29 @@ import dataclasses
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from dockpose import Estimate, Settings, estimate
 from dockpose.app.commands import arguments as given
 from dockpose.app.commands import console
-from dockpose.app.commands.estimate_sequence import estimate_sequence, is_split
 from dockpose.app.commands.output import ResultWriter
 from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError, blaming
-from dockpose.app.experiment import Row, SessionRecord, read_session
 from dockpose.app.export.recordings.ros import ENDING as MCAP_ENDING
 from dockpose.app.export.recordings.ros import Seen
-from dockpose.app.export.video import is_video_file
 from dockpose.app.inputs.pictures import Batch, Picture
 from dockpose.app.inputs.sequences import FrameSource, resolve
-from dockpose.app.processing.analysis import differences, estimate_again, trust_of
-from dockpose.app.processing.following import AutoMasks
-from dockpose.app.processing.parallel import PictureWork, split, workers
+from dockpose.app.processing.masks import AutoMasks
 from dockpose.app.resources import versions
+from dockpose.app.state.trust import trust_of
 from dockpose.camera.image import decode, read_picture_file
 from dockpose.text import as_text
 from dockpose.thresholds import METHODS
 from dockpose.tracking import NO_TRACK
+
+if TYPE_CHECKING:
+    from dockpose.app.experiment import Row, SessionRecord
 
 KNOWN = {"method": {"choices": METHODS}, "words": {"least_px": Settings().min_area_px}}
 
@@ -52,9 +51,11 @@ def run(arguments: argparse.Namespace) -> int:
     wishes = given.wishes_of(arguments, arguments.sources)
     found = resolve(arguments.sources, camera, dock, console.say, arguments.rate, arguments.topic, arguments.rotate)
     parts = [dataclasses.replace(part, wishes=wishes) if isinstance(part, FrameSource) else part for part in found]
-    is_video = arguments.annotate is not None and is_video_file(arguments.annotate)
-    if is_video and (len(parts) != 1 or isinstance(parts[0], Batch)):
-        raise UserError(f"--annotate {arguments.annotate}: a video is made of one sequence; give a folder instead")
+    if arguments.annotate is not None and (len(parts) != 1 or isinstance(parts[0], Batch)):
+        from dockpose.app.export.video import is_video_file
+
+        if is_video_file(arguments.annotate):
+            raise UserError(f"--annotate {arguments.annotate}: a video is made of one sequence; give a folder instead")
     if arguments.out is not None and len(parts) != 1:
         raise UserError(f"{arguments.out}: takes one source, since its times are those of one")
     return _estimate(parts, settings, arguments)
@@ -105,6 +106,8 @@ def _try_sequence(
     source: FrameSource, settings: Settings, how: argparse.Namespace, results: ResultWriter, number: int | None
 ) -> bool:
     """Estimate a sequence; its annotated pictures go to a folder of their own where it is one of several sources."""
+    from dockpose.app.commands.estimate_sequence import estimate_sequence
+
     folder = how.annotate
     if folder is not None and number is not None:
         folder = folder / f"{number}_{Path(source.source).stem}"
@@ -137,7 +140,9 @@ def _estimate_pictures(
         seen = Seen(name, results.frames, found, trust_of(found), vehicle=how.carrier)
         results.write(line, str(path), seen, read, keep, bag)
 
-    if is_split(how):
+    if given.is_split(how):
+        from dockpose.app.processing.parallel import PictureWork, split, workers
+
         with workers(how.jobs, how.scheduler) as (executor, at_once):
             for one in split(PictureWork(batch.files), executor, at_once, auto_masks, settings):
                 if one.estimate is None:
@@ -172,6 +177,8 @@ def run_session(arguments: argparse.Namespace) -> int:
 
 def replay_session(folder: Path) -> int:
     """Estimate every frame of a session with its own camera, dock and settings, and print what differs."""
+    from dockpose.app.experiment import read_session
+
     with blaming("--session "):
         record = read_session(folder)
     changed = unreadable = followed = 0
@@ -196,8 +203,10 @@ def replay_session(folder: Path) -> int:
     return console.EXIT_SOME_UNREADABLE if unreadable else console.EXIT_ALL_READ
 
 
-def _replayed(record: SessionRecord, row: Row) -> str:
+def _replayed(record: "SessionRecord", row: "Row") -> str:
     """Which numbers of a row differ and why; empty where none does."""
+    from dockpose.app.processing.analysis import differences, estimate_again
+
     line, path = record.line(row), record.folder / row.file
     data = read_picture_file(path)
     name = str(path.with_suffix(".json"))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 from dockpose import Settings
-from dockpose.app.commands.arguments import turned
+from dockpose.app.commands.arguments import is_split, turned
 from dockpose.app.commands.output import HeldLines, ResultWriter
 from dockpose.app.errors import UserError
 from dockpose.app.export.recording import record
@@ -27,11 +27,6 @@ if TYPE_CHECKING:
     from dockpose.app.export.mavlink import Autopilot
 
 _RATE_HZ = 25.0  # of an annotated video of a source that gives no rate
-
-
-def is_split(arguments: argparse.Namespace) -> bool:
-    """Whether chunks of frames go to other processes."""
-    return arguments.jobs > 1 or arguments.scheduler is not None
 
 
 def estimate_sequence(

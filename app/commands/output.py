@@ -22,8 +22,7 @@ from dockpose.app.errors import check_folder, unwritable, writing
 from dockpose.app.export.data import CSV_COLUMNS, to_row
 from dockpose.app.export.recordings.ros import PoseFile, Seen
 from dockpose.app.inputs.protected import Protected
-from dockpose.app.processing.analysis import headline_of
-from dockpose.app.state.trust import NO_POSE, Trust
+from dockpose.app.state.trust import NO_POSE, Trust, headline_of
 from dockpose.files import write_all, write_whole
 from dockpose.text import as_text
 

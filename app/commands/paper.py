@@ -13,6 +13,7 @@ from dockpose.app.commands.arguments import camera_of, check_least, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, say, status_of
 from dockpose.app.commands.output import Lines, open_lines
 from dockpose.app.commands.progress import FrameProgress, put_rich
+from dockpose.app.drawing.numbers import SIGMA_COLUMNS, TOTAL_COLUMNS
 from dockpose.app.errors import UserError, blaming
 from dockpose.app.export.parts import PARTS, reproduce, sentences
 from dockpose.app.export.words import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
@@ -21,8 +22,7 @@ from dockpose.study.budget import USUAL_NOISE_PX, Budget, budget, simulated_budg
 from rich import box
 from rich.table import Table
 
-_COLUMNS = ("sigma_x_m", "sigma_y_m", "sigma_z_m", "sigma_theta_x_deg", "sigma_theta_y_deg", "told_apart")
-_TOTAL_COLUMNS = tuple(name.replace("sigma", "sigma_total") for name in _COLUMNS[:5])
+_COLUMNS = (*SIGMA_COLUMNS, "told_apart")
 _TILTS = ",".join(f"{tilt:g}" for tilt in TILTS_DEG)
 KNOWN = {"jobs": {"default": os.cpu_count() or 1}, "noise": {"default": USUAL_NOISE_PX}}
 KNOWN["words"] = {"tilts": _TILTS, "parts": ", ".join(PARTS)}
@@ -51,7 +51,7 @@ def run_budget(arguments: argparse.Namespace) -> int:
 def _write(rows: Sequence[tuple[Budget, Budget]], file: Lines) -> None:
     writer = csv.writer(file, lineterminator="\n")
     simulated = [f"simulated_{name}" for name in _COLUMNS]
-    writer.writerow(["range_m", "tilt_deg", "lights_apart_px", "in_view", *_COLUMNS, *simulated, *_TOTAL_COLUMNS])
+    writer.writerow(["range_m", "tilt_deg", "lights_apart_px", "in_view", *_COLUMNS, *simulated, *TOTAL_COLUMNS])
     for one, other in rows:
         total = (*(one.sigma_total_position_m or ()), *map(math.degrees, one.sigma_total_theta_rad or ()))
         place = one.range_m, one.tilt_deg, one.apart_px, int(one.in_view)
@@ -87,7 +87,7 @@ def run_reproduce(arguments: argparse.Namespace) -> int:
     total = len(set(arguments.only)) or len(PARTS)
     with FrameProgress("reproduce", total=total, unit="parts") as progress:
         reproduce(arguments.out, arguments.seed, arguments.jobs, arguments.only, lambda key: progress.step(name=key))
-    say(f"the report is {arguments.out / 'index.html'}")
+    say(f"the report is {arguments.out / 'paper.md'}")
     return EXIT_ALL_READ
 
 

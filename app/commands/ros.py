@@ -12,8 +12,8 @@ from dockpose.app.commands.console import EXIT_ALL_READ, say
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import UserError
 from dockpose.app.export.recordings.ros import TOPICS, Message, Seen, header, messages_of, status_of
-from dockpose.app.processing.analysis import headline_of
 from dockpose.app.processing.following import Following
+from dockpose.app.state.trust import headline_of
 from dockpose.camera.image import ImageError
 from dockpose.sidecar import load_dock
 from dockpose.sources import Frame

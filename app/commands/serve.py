@@ -56,7 +56,6 @@ def _addresses(app: "App", host: str, options: Options) -> Iterator[str]:
     if options.view_link:
         viewing = " or ".join(app.addresses(for_viewers=True))
         yield f"for viewers, who can change nothing: {viewing}"
-        yield f"large figures for viewers, as the pilot: {viewing.replace('/?', '/pilot?')}"
     if host not in LOOPBACK_NAMES:
         yield _OPEN_WARNING.format(host=host)
 

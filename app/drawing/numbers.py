@@ -15,7 +15,16 @@ _STATUS_WORDS = {
     "not_a_ring": "the lights form no ring",
     "method_failed": "the threshold method failed",
 }
-QUANTITIES = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)")
+# A pose's five numbers: their columns in SI units, and in those that people read; their heads, and those in LaTeX.
+_NUMBERS: list[tuple[str, str, str, str]] = [
+    ("x_m", "x_cm", "x (cm)", "$x$ (cm)"),
+    ("y_m", "y_cm", "y (cm)", "$y$ (cm)"),
+    ("z_m", "z_cm", "z (cm)", "$z$ (cm)"),
+    ("theta_x_deg", "theta_x_deg", "θx (°)", r"$\theta_x$ ($^\circ$)"),
+    ("theta_y_deg", "theta_y_deg", "θy (°)", r"$\theta_y$ ($^\circ$)"),
+]
+SI_COLUMNS, POSE_COLUMNS, QUANTITIES, LATEX = zip(*_NUMBERS, strict=True)
+SIGMA_COLUMNS, TOTAL_COLUMNS = ([f"{sigma}_{name}" for name in SI_COLUMNS] for sigma in ("sigma", "sigma_total"))
 
 
 def number(value: float | None, decimals: int = 1, *, signed: bool = False) -> str:

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 from dockpose import Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.drawing.numbers import pose_sigmas, pose_values
+from dockpose.app.drawing.numbers import POSE_COLUMNS, pose_sigmas, pose_values
 from dockpose.camera.image import read
 from dockpose.checks import check_number
 from dockpose.files import FileError, read_yaml, sync_folder, write_whole
@@ -21,7 +21,6 @@ from dockpose.files import FileError, read_yaml, sync_folder, write_whole
 SCHEMA = 1
 INFO, RESULTS, FRAMES = "session.yaml", "results.csv", "frames"
 LONGEST_TEXT = 10_000
-POSE_COLUMNS = ("x_cm", "y_cm", "z_cm", "theta_x_deg", "theta_y_deg")
 _DECIMALS = 6  # of a centimetre or a degree; the frame's JSON has every digit
 # Neither CSV nor HTML can hold these; a line break in a cell is fine.
 _FILE = re.compile(r"frames/\d+\.png")

@@ -16,9 +16,10 @@ from dockpose.app.experiment import SessionRecord
 from dockpose.app.export import data, report
 from dockpose.app.export.recordings.ros import pose_yaml
 from dockpose.app.inputs.received import safe_name
-from dockpose.app.processing.analysis import Analysis, headline_of
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view
+from dockpose.app.state.trust import headline_of
 from dockpose.estimate import SCHEMA
 from dockpose.files import FileError, read_small
 

@@ -8,30 +8,35 @@ import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import msgspec
 import numpy as np
 import yaml
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number
-from dockpose.app.experiment.record import POSE_COLUMNS, Row, csv_text
-from dockpose.app.export.parts import page
-from dockpose.app.processing.analysis import Analysis
+from dockpose.app.drawing.numbers import (
+    LATEX,
+    MISSING,
+    POSE_COLUMNS,
+    QUANTITIES,
+    SI_COLUMNS,
+    SIGMA_COLUMNS,
+    TOTAL_COLUMNS,
+    number,
+)
+from dockpose.app.experiment.record import Row, csv_text
 from dockpose.app.resources import read_toml, with_versions
 from markupsafe import escape
 
-_CANDIDATE_COLUMNS = ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "probability", "rms_px")
+if TYPE_CHECKING:
+    from dockpose.app.processing.analysis import Analysis
+
+_CANDIDATE_COLUMNS = (*SI_COLUMNS, "probability", "rms_px")
 _TRACK_KEYS = ("probability", "age", "predicted", "lost")
 # One pose of the frame, as other programs take it: the chosen candidate; as the frames before predict it, filtered over
 # the frames up to this one, and smoothed over all frames of the recording.
 _POSES = ("chosen", "predicted", "filtered", "smoothed")
-_POSE_COLUMNS = (
-    *("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg"),
-    *("sigma_x_m", "sigma_y_m", "sigma_z_m", "sigma_theta_x_deg", "sigma_theta_y_deg"),
-)
-_TOTAL_COLUMNS = tuple(f"sigma_total_{name}" for name in ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg"))
 _VEHICLE = (
     *("frame", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"),
     *("sigma_total_x_m", "sigma_total_y_m", "sigma_total_z_m"),
@@ -42,7 +47,7 @@ _GUIDANCE = (
 )
 _COLUMNS_OF = {
     **{name.lower(): _CANDIDATE_COLUMNS for name in POSE_NAMES},
-    **{name: (*_POSE_COLUMNS, *_TOTAL_COLUMNS) for name in _POSES},
+    **{name: (*SI_COLUMNS, *SIGMA_COLUMNS, *TOTAL_COLUMNS) for name in _POSES},
     **{"vehicle": _VEHICLE, "guidance": _GUIDANCE},
 }
 CSV_COLUMNS = (
@@ -51,9 +56,9 @@ CSV_COLUMNS = (
     *(f"{name.lower()}_{column}" for name in POSE_NAMES for column in _CANDIDATE_COLUMNS),
     *(f"track_{key}" for key in _TRACK_KEYS),
     *("elapsed_ms", "message"),
-    *(f"{name}_{column}" for name in _POSES for column in _POSE_COLUMNS),
+    *(f"{name}_{column}" for name in _POSES for column in (*SI_COLUMNS, *SIGMA_COLUMNS)),
     "smoothed_probability",
-    *(f"{name}_{column}" for name in _POSES for column in _TOTAL_COLUMNS),
+    *(f"{name}_{column}" for name in _POSES for column in TOTAL_COLUMNS),
     *(f"vehicle_{column}" for column in _VEHICLE),
     *(f"guidance_{column}" for column in _GUIDANCE),
     *("track_number", "found_by"),
@@ -64,11 +69,10 @@ CSV_HEAD = (
     "notes",
 )
 _FORMULA = re.compile(r"^[=+\-@\t]")
-_LATEX_HEAD = ("No.", *(rf"${name}$ (cm)" for name in "xyz"), *(rf"$\theta_{name}$ ($^\circ$)" for name in "xy"))
 _GREEK = re.compile(r"GREEK (SMALL|CAPITAL) LETTER (\w+)$")
 
 
-def result_line(analysis: Analysis, sha256: str | None = None) -> dict[str, Any]:
+def result_line(analysis: "Analysis", sha256: str | None = None) -> dict[str, Any]:
     """Return the JSON object of schema 1, with version numbers; ``sha256`` is the checksum of the picture's file."""
     return with_versions(analysis.estimate.to_dict(analysis.view.source, frame=0, sha256=sha256))
 
@@ -124,7 +128,7 @@ def _pose_values(pose: dict[str, Any]) -> Iterator[Any]:
         yield from pose.get(f"{sigma}_theta_deg") or (None,) * 2
 
 
-def settings_yaml(analysis: Analysis) -> str:
+def settings_yaml(analysis: "Analysis") -> str:
     """Return the settings, dock and camera that were used and, where there is one, the measured pose as YAML."""
     view, found = analysis.view, analysis.estimate
     content: dict[str, Any] = {
@@ -168,7 +172,7 @@ def markdown_table(rows: Sequence[Row]) -> str:
 def latex_table(rows: Sequence[Row]) -> str:
     """Return a ``longtable`` without the error columns; the document must load the package of that name."""
     content = table(rows, with_errors=False)
-    head = " & ".join(rf"\textbf{{{name}}}" for name in (*_LATEX_HEAD, "Notes"))
+    head = " & ".join(rf"\textbf{{{name}}}" for name in ("No.", *LATEX, "Notes"))
     lines = [
         "% estimated (measured); needs \\usepackage{longtable}",
         r"\begin{longtable}{rrrrrrp{0.2\textwidth}}",
@@ -184,6 +188,8 @@ def latex_table(rows: Sequence[Row]) -> str:
 
 def html_table(rows: Sequence[Row]) -> str:
     """Return a complete page with the table."""
+    from dockpose.app.export.parts import page
+
     return page("table.html", table=table(rows)) + "\n"
 
 

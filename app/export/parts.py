@@ -1,6 +1,5 @@
 """Parts of the reports on the paper and the study, with their words, plots and tables; and the page of any report."""
 
-import base64
 import datetime
 import functools
 import importlib
@@ -56,6 +55,7 @@ def _pages() -> jinja2.Environment:
     how: Any = {"autoescape": escape, "undefined": jinja2.StrictUndefined}
     pages = jinja2.Environment(loader=loader, trim_blocks=True, lstrip_blocks=True, **how)
     pages.filters |= {"is_finite": math.isfinite, "listed": listed, "number": number, "sigma_words": sigma_words}
+    pages.filters["plain"] = plain
     return pages
 
 
@@ -87,6 +87,11 @@ def _filled(text: str, numbers: Mapping[str, Any]) -> str:
     return "\n".join(_paragraphs(_pages().from_string('{% import "parts.txt" as say %}' + text).render(numbers)))
 
 
+def plain(text: str) -> str:
+    """A text as Markdown shows it to the letter."""
+    return re.sub(r"([\\`*_<>|])", r"\\\1", text)
+
+
 def listed(names: Sequence[str]) -> str:
     """Names as "a, b and c"."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
@@ -113,7 +118,7 @@ class Plot:
     caption: str  # one or two sentences below it
     png: bytes
     svg: bytes
-    is_photograph: bool = False  # shown as PNG within the report, since an SVG would hold all pixels of a picture
+    is_photograph: bool = False
 
     @classmethod
     def of(cls, name: str, caption: str, figure: "Figure") -> "Plot":
@@ -123,11 +128,13 @@ class Plot:
         return cls(name, caption, to_png(figure), to_svg(figure, name), is_photograph)
 
     @property
+    def file(self) -> str:
+        """The file that a page shows; an SVG of a photograph would hold all its pixels."""
+        return f"{self.name}.{'png' if self.is_photograph else 'svg'}"
+
+    @property
     def inline(self) -> Markup:
-        """What stands in the page."""
-        if self.is_photograph:
-            uri = "data:image/png;base64," + base64.b64encode(self.png).decode()
-            return Markup('<img alt="{}" src="{}">').format(self.caption, uri)
+        """What stands in a page of HTML."""
         text = self.svg.decode()
         return Markup(text[text.index("<svg") :])
 
@@ -165,6 +172,12 @@ class NumberTable:
     def shown(self) -> list[list[str]]:
         """The cells as the page has them."""
         return [[self._text(cell) for cell in row] for row in self.rows]
+
+    @property
+    def markdown(self) -> str:
+        """The table as Markdown has it."""
+        lines = [[*self.head], ["---"] * len(self.head), *self.shown]
+        return "\n".join(f"| {' | '.join(map(plain, cells))} |" for cells in lines)
 
     def _text(self, cell: Cell) -> str:
         if cell is None or cell != cell:  # not a number
@@ -222,7 +235,7 @@ def make_part(key: str, seed: int) -> Part:
 
 
 def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Callable[[str], None]) -> None:
-    """Write ``index.html`` and the files of each part, or of some, into a folder; ``done`` gets the key of each."""
+    """Write ``paper.md`` and the files of each part, or of some, into a folder; ``done`` gets the key of each."""
     for key in only:
         if key not in PARTS:
             raise UserError(f"there is no part {key!r}; there are {', '.join(PARTS)}")
@@ -240,6 +253,7 @@ def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Call
             with writing(f"--out {out}"):
                 parts[key].write(out)
             done(key)
-    html = page("reproduction.html", seed=seed, parts=[parts[key] for key in wanted], versions=versions())
+    made = [parts[key] for key in wanted]
+    text = _pages().get_template("reproduction.md").render(seed=seed, parts=made, versions=versions())
     with writing(f"--out {out}"):
-        write_whole(out / "index.html", html.encode())
+        write_whole(out / "paper.md", f"{text.strip()}\n".encode())

@@ -29,8 +29,9 @@ from dockpose.app.experiment.record import Row
 from dockpose.app.export.data import table
 from dockpose.app.export.parts import page
 from dockpose.app.export.words import why_this_one
-from dockpose.app.processing.analysis import Analysis, estimate_again, headline_of
+from dockpose.app.processing.analysis import Analysis, estimate_again
 from dockpose.app.resources import versions
+from dockpose.app.state.trust import headline_of
 from dockpose.camera.image import decode, turned
 from dockpose.pose.known import pose_error
 from dockpose.thresholds import LEVELS, Threshold

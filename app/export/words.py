@@ -16,7 +16,8 @@ from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, SessionRecord
 from dockpose.app.export.parts import sentences
 from dockpose.camera.calibrate import BoardView, Calibration
-from dockpose.camera.sigma import CameraSigma, errors_of, numbers_of
+from dockpose.camera.sigma import errors_of, numbers_of
+from dockpose.camera.standard_errors import CameraSigma
 from dockpose.pose.circle import angles_of, rotation_from_angles
 from dockpose.pose.tape import TAPE_M, Place, TapeFit, fit_tape
 from dockpose.pose.uncertainty import diameter_share

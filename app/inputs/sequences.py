@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import dockpose.sources as sources
 from dockpose import Camera, Dock
@@ -16,8 +16,10 @@ from dockpose.app.inputs.pictures import Batch, camera_and_dock, expand, known
 from dockpose.app.inputs.received import below, folders_below, pictures_in, videos_below
 from dockpose.files import FileError
 from dockpose.sidecar import read_sidecar
-from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Scene, Sweep, load_sequence
-from dockpose.sources import Bag, Frames, Kind, Pictures, Simulated, SourceError, Tell, Wishes
+from dockpose.sources import Frames, Kind, SourceError, Tell, Wishes
+
+if TYPE_CHECKING:
+    from dockpose.simulate import FilmPlan, Scene
 
 SIMULATED = ("simulated approach", "simulated sweep", "simulated hover", "simulated closed loop")
 PICTURES_HZ = 10.0  # rate at which the page plays pictures, which have no times
@@ -39,7 +41,7 @@ class FrameSource:
     rate_hz: float | None = None  # of its pictures
     camera: Camera | None = None  # those given for it or beside it
     dock: Dock | None = None  # those given for it or beside it
-    course: FilmPlan | None = None  # what is simulated
+    course: "FilmPlan | None" = None  # what is simulated
     topic: str | None = None  # of a bag
     folder: tempfile.TemporaryDirectory[str] | None = None  # holds a file that was sent, until :meth:`discard`
     wishes: Wishes = sources.NO_WISHES  # what a camera is asked for
@@ -49,9 +51,9 @@ class FrameSource:
         """Open the frames, which then carry the camera and the dock."""
         try:
             if self.course is not None:
-                frames: Frames = Simulated(self.course, self.source)
+                frames: Frames = sources.Simulated(self.course, self.source)
             elif self.paths:
-                frames = Pictures(self.paths, self.source, self.rate_hz, tell)
+                frames = sources.Pictures(self.paths, self.source, self.rate_hz, tell)
             else:
                 wishes = of_size(self.wishes, self.camera)
                 rate_hz, topic = self.rate_hz, self.topic
@@ -61,8 +63,9 @@ class FrameSource:
                 raise
             self.discard()
             raise UserError(str(error).replace(self.source, self.name)) from error
-        if isinstance(frames, Bag) and frames.camera is not None and self.camera is None:
-            tell(f"{self.name}: the camera is that of the bag's topic {frames.camera_topic}")
+        topic = getattr(frames, "camera_topic", None)
+        if topic is not None and frames.camera is not None and self.camera is None:
+            tell(f"{self.name}: the camera is that of the bag's topic {topic}")
         frames.camera, frames.dock = self.camera or frames.camera, self.dock or frames.dock
         frames.turn(self.rotate_deg)
         return frames
@@ -90,6 +93,8 @@ def typed(
     """Return a sequence that was typed, with its camera and dock."""
     kind, course, name = sources.kind_of(source), None, source
     if kind is Kind.SIMULATED:
+        from dockpose.simulate import load_sequence
+
         course = load_sequence(source)
         camera, dock = camera or course.scene.camera, dock or course.scene.dock
     elif kind in (Kind.CAMERA, Kind.STREAM):
@@ -123,7 +128,7 @@ def choices(given: FrameSource | None, root: Path | None) -> list[str]:
     return [*names, *SIMULATED]
 
 
-def choose(name: Any, given: FrameSource | None, root: Path | None, scene: Scene) -> FrameSource:
+def choose(name: Any, given: FrameSource | None, root: Path | None, scene: "Scene") -> FrameSource:
     """Return one of :func:`choices`."""
     if given is not None and name == given.name:
         return given
@@ -154,8 +159,10 @@ def sent(data: bytes, name: str) -> FrameSource:
     return FrameSource(str(path), name, folder=folder)
 
 
-def simulated(name: str, scene: Scene) -> FrameSource:
+def simulated(name: str, scene: "Scene") -> FrameSource:
     """A simulated course through a scene, at distances that suit its dock."""
+    from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Sweep
+
     near_m, far_m = _NEAR * scene.dock.diameter, _FAR * scene.dock.diameter
     drift_m = 0.05 * scene.dock.diameter
     currents = {"drift_m": drift_m, "drift_deg": 1.0, "rate_hz": _RATE_HZ}

@@ -9,15 +9,16 @@ from typing import Any
 import msgspec
 import numpy as np
 from dockpose import Camera, Dock, Estimate, Settings, estimate
-from dockpose.app.drawing.colours import POSE_NAMES, TRUST_COLOURS
+from dockpose.app.drawing.colours import POSE_NAMES
+from dockpose.app.drawing.numbers import SI_COLUMNS
 from dockpose.app.state.scene import rendered
-from dockpose.app.state.trust import Trust, trust_in
+from dockpose.app.state.trust import Trust, trust_of
 from dockpose.app.state.view import View
 from dockpose.sources import Frame
 from dockpose.tracking.tracker import Tracked
 
 MOST_POINTS = 20_000  # beyond which the oldest are dropped; a live source may run for hours
-COLUMNS = ("time_s", "x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "eccentricity", "probability", "lost")
+COLUMNS = ("time_s", *SI_COLUMNS, "eccentricity", "probability", "lost")
 _NOMINAL_HZ = 10.0  # of frames without times
 ROUNDING = 1e-11  # relative, and absolute below 1
 _FROM_OUTSIDE = ("hand", "tracking")  # choices that a picture alone does not determine
@@ -107,18 +108,6 @@ class Analysis:
         """How far the result can be trusted; in a sequence with the probability that the track gives."""
         tracked = None if self.tracked_frame is None else self.tracked_frame.tracked
         return trust_of(self.estimate, tracked, assumed=self.view.assumed, fitting_lights=self.fitting_lights)
-
-
-def trust_of(found: Estimate, tracked: Tracked | None = None, **more: Any) -> Trust:
-    """Judge a result as :func:`trust_in`, in a sequence with the probability that the track gives to its pose."""
-    probability = None if tracked is None or tracked.selected is None else tracked.track.probability
-    predicted = tracked is not None and tracked.track.predicted
-    return trust_in(found, probability=probability, predicted=predicted, **more)
-
-
-def headline_of(trust: Trust) -> tuple[str, str]:
-    """Return the verdict and its colour, as the annotated picture shows them."""
-    return trust.verdict, TRUST_COLOURS[trust.colour]
 
 
 def analyse(view: View, last: Analysis | None = None) -> Analysis:

@@ -5,12 +5,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import msgspec
 from dockpose import Camera, Dock, Estimate, Settings, Tracker
-from dockpose.app.processing.analysis import Analysis, TrackedFrame, Trajectory, select_pose, trust_of
-from dockpose.app.state.trust import Trust
+from dockpose.app.processing.analysis import Analysis, TrackedFrame, Trajectory, select_pose
+from dockpose.app.processing.masks import AutoMasks
+from dockpose.app.state.trust import Trust, trust_of
 from dockpose.app.state.view import View, with_first_frame, with_frame
-from dockpose.lights.masks import StillGroups
 from dockpose.pose.choice import DECIDED
 from dockpose.sources import ExposureWatch, Frame, Frames
 from dockpose.tracking.search import Search
@@ -113,34 +112,3 @@ def chosen_by_track(tracked: Tracked) -> Estimate:
         return replace(tracked.estimate, message=tracked.message)
     why = f"which {track.age} frames make {100 * (track.probability or 0):.1f} % likely"
     return select_pose(tracked.estimate, tracked.selected, by or "tracking", why)
-
-
-class AutoMasks:
-    """Masks what stays put in consecutive frames of one size, camera and dock; ``tell`` hears of each new mask."""
-
-    def __init__(self, settings: Settings, tell: Callable[[str], None]) -> None:
-        self._settings, self._tell = settings, tell
-        self._still = StillGroups()
-        self._belongs: tuple[Any, ...] = ()
-
-    def settings_for(self, shape: tuple[int, ...], camera: Camera, dock: Dock) -> Settings:
-        """Settings for the next frame, of that height and width, with the masks found so far."""
-        belongs = (*shape[:2], camera, dock)
-        if belongs != self._belongs:
-            self._belongs, self._still = belongs, StillGroups()
-        if not self._still.masks:
-            return self._settings
-        return msgspec.structs.replace(self._settings, masks=(*self._settings.masks, *self._still.masks))
-
-    def see(self, found: Estimate, name: str) -> None:
-        """Learn from what was found in that frame, called ``name``."""
-        on_ring = found.ring.on_ring if found.status == "ok" and found.ring is not None else None
-        if found.found_by == "following":  # which looks at nothing but lights
-            return
-        masks = self._still.see(found.markers, on_ring)
-        if masks:
-            where = "; ".join(",".join(f"{number:g}" for number in mask) for mask in masks)
-            self._tell(
-                f"{name}: something bright stays put while the rest moves, as burnt-in text does; "
-                f"from the next picture on it is masked (x, y, width, height in pixels): {where}"
-            )

@@ -21,7 +21,7 @@ from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import PictureFile
 from dockpose.app.inputs.sequences import FrameSource
-from dockpose.app.processing.following import AutoMasks
+from dockpose.app.processing.masks import AutoMasks
 from dockpose.sources import Frame, Frames
 from dockpose.tracking.search import BLOCK, Search
 

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from dockpose import Dock, Settings
-from dockpose.app.drawing.numbers import count
+from dockpose.app.drawing.numbers import QUANTITIES, count
 from dockpose.app.errors import UserError
 from dockpose.app.state.camera import is_in_force, with_my_tank, with_own_dock
 from dockpose.app.state.parameters import checked_number, put
@@ -21,7 +21,7 @@ _MIN_LIGHTS = 3
 _LONGEST = 1000  # letters of the angles
 MAX_MASKS = 40
 # Name and unit of a measured pose's numbers, and how far to either side they may be.
-MEASURED_LIMITS = {**dict.fromkeys(("x (cm)", "y (cm)", "z (cm)"), 5000.0), "θx (°)": 90.0, "θy (°)": 90.0}
+MEASURED_LIMITS = dict(zip(QUANTITIES, (5000.0, 5000.0, 5000.0, 90.0, 90.0), strict=True))
 
 
 def with_lights(view: View, value: Any) -> View:

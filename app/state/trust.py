@@ -3,13 +3,16 @@
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from dockpose import Estimate
-from dockpose.app.drawing.colours import POSE_NAMES
+from dockpose.app.drawing.colours import POSE_NAMES, TRUST_COLOURS
 from dockpose.app.drawing.numbers import count, number, percent
 from dockpose.lights.ring import tolerance_px
 from dockpose.pose.choice import DECIDED
+
+if TYPE_CHECKING:
+    from dockpose.tracking.tracker import Tracked
 
 Colour = Literal["green", "amber", "red"]
 VERDICTS: dict[Colour, str] = {
@@ -66,6 +69,18 @@ def trust_in(
     colour: Colour = "green" if not doubts else "red" if any(one == "red" for one, _ in doubts) else "amber"
     reasons = [reason for wanted in ("red", "amber") for one, reason in doubts if one == wanted]
     return Trust(colour, PREDICTED if predicted else VERDICTS[colour], tuple(reasons))
+
+
+def trust_of(found: Estimate, tracked: "Tracked | None" = None, **more: Any) -> Trust:
+    """Judge a result as :func:`trust_in`, in a sequence with the probability that the track gives to its pose."""
+    probability = None if tracked is None or tracked.selected is None else tracked.track.probability
+    predicted = tracked is not None and tracked.track.predicted
+    return trust_in(found, probability=probability, predicted=predicted, **more)
+
+
+def headline_of(trust: Trust) -> tuple[str, str]:
+    """Return the verdict and its colour, as the annotated picture shows them."""
+    return trust.verdict, TRUST_COLOURS[trust.colour]
 
 
 def _doubts_about_pose(found: Estimate, probability: float | None) -> Iterator[tuple[Colour, str]]:

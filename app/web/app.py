@@ -21,8 +21,8 @@ from dockpose.app.state.view import View, open_source
 from dockpose.app.web.layout import Layout
 from dockpose.app.web.live import LivePage
 from dockpose.app.web.notifications import Colour, Notifications
+from dockpose.app.web.panels.guidance import GuidancePanel
 from dockpose.app.web.panels.picture import StripPanel
-from dockpose.app.web.panels.pilot import PilotPanel
 from dockpose.app.web.panels.play import SequencePanel
 from dockpose.app.web.panels.settings import SettingsPanel
 from dockpose.app.web.scene.scene import Scene3D
@@ -76,9 +76,7 @@ class App(contextlib.AbstractContextManager["App"]):
         with icons_from_one_archive():
             self._layout = Layout(self)  # pyright: ignore[reportArgumentType]
         self._panels, self.sequence = self._layout.panels, self._layout.of(SequencePanel)
-        pilot = self._layout.of(PilotPanel)
-        self._guard.tell_pilot = pilot.answer
-        pilot.watch(self._layout.of(StripPanel).say_stale)
+        self._layout.of(GuidancePanel).watch(self._layout.of(StripPanel).say_stale)
         self._load(view)
         self._current: Analysis | None = None
         self._drawing, self._greeting = threading.Lock(), threading.Lock()

@@ -10,8 +10,8 @@ from dockpose.app.web.panels.compare import ComparePanel
 from dockpose.app.web.panels.detect import DetectPanel, PosePanel
 from dockpose.app.web.panels.experiment import ExperimentPanel
 from dockpose.app.web.panels.export import ExportPanel
+from dockpose.app.web.panels.guidance import GuidancePanel
 from dockpose.app.web.panels.picture import StripPanel, ViewpointPanel, status_html, table_html
-from dockpose.app.web.panels.pilot import PilotPanel
 from dockpose.app.web.panels.play import SequencePanel
 from dockpose.app.web.panels.settings import SettingsPanel, steps_html
 from dockpose.app.web.panels.source import SimulatorPanel, SourcePanel
@@ -26,12 +26,12 @@ TABS: dict[str, tuple[type[Panel], ...]] = {
     "Tank": (TanksPanel, CameraPanel, CalibrationPanel, BudgetPanel),
     "Detect": (DetectPanel, PosePanel),
     "Simulate": (SimulatorPanel,),
-    "Play": (SequencePanel, PilotPanel),
+    "Play": (SequencePanel, GuidancePanel),
     "Log": (ExperimentPanel,),
     "Export": (ExportPanel,),
 }
 # Which panels show a result before its data are sent, and after; the most urgent first.
-FIRST = PilotPanel, PicturePanel, SequencePanel, ChipsPanel, DetectPanel, PosePanel
+FIRST = GuidancePanel, PicturePanel, SequencePanel, ChipsPanel, DetectPanel, PosePanel
 LATER = (
     *(SourcePanel, SimulatorPanel, *TABS["Tank"], SettingsPanel, ExperimentPanel, ExportPanel),
     *(ViewpointPanel, ComparePanel),

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from dockpose.camera.lens import bend, straighten, tangents_of
 from dockpose.camera.port import FlatPort
-from dockpose.camera.sigma import CameraSigma, check_sigma, transformed
+from dockpose.camera.standard_errors import CameraSigma, check_sigma, transformed
 from dockpose.camera.tone import TONES, check_tone
 from dockpose.checks import as_points, check_is, check_number, check_turn, check_whole, make_plain
 from numpy.typing import ArrayLike
@@ -225,7 +225,7 @@ class Camera(
             cy=(self.cy + 0.5) * scale_y - 0.5,
             width=width,
             height=height,
-            **transformed(self, scales),
+            **transformed(self.sigma, self.covariance, len(self.distortion), scales),
         )
 
     def rotated(self, degrees: int) -> "Camera":
@@ -250,7 +250,7 @@ class Camera(
                 width=camera.height,
                 height=camera.width,
                 distortion=tuple(bent),
-                **transformed(camera, turned),
+                **transformed(camera.sigma, camera.covariance, len(camera.distortion), turned),
             )
         return camera
 

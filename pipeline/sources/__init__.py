@@ -1,18 +1,24 @@
 """Sources of frames with times: picture files, videos, bags, cameras, streams and simulated courses.
 
+A name's file is imported when it is first asked for: FFmpeg is not needed for a picture.
+
 Public are ``open_frames``, ``Frame``, ``Frames`` and ``SourceError``; the other names serve the program.
 
 May import `dockpose.estimate` and `dockpose.simulate`, since simulated courses can be steered by an estimator.
 """
 
-from dockpose.sources.bags import Bag
-from dockpose.sources.capture import NO_WISHES, Wishes
-from dockpose.sources.exposure import ExposureWatch
-from dockpose.sources.frames import Frame, Frames, SourceError, Tell, read_ahead
-from dockpose.sources.live import Arrival, Live
-from dockpose.sources.opening import BAG_ENDINGS, VIDEO_ENDINGS, Kind, Simulated, camera_number, kind_of, open_frames
-from dockpose.sources.pictures import PICTURE_ENDINGS, Pictures, list_pictures, numeric
-from dockpose.sources.video import Video
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from dockpose.sources.bags.bag import Bag
+    from dockpose.sources.exposure import ExposureWatch
+    from dockpose.sources.frames import Frame, Frames, SourceError, Tell, read_ahead
+    from dockpose.sources.kinds import BAG_ENDINGS, NO_WISHES, VIDEO_ENDINGS, Kind, Wishes, camera_number, kind_of
+    from dockpose.sources.live import Arrival, Live
+    from dockpose.sources.opening import Simulated, open_frames
+    from dockpose.sources.pictures import PICTURE_ENDINGS, Pictures, list_pictures, numeric
+    from dockpose.sources.video import Video
 
 __all__ = [
     "BAG_ENDINGS",
@@ -39,3 +45,48 @@ __all__ = [
     "open_frames",
     "read_ahead",
 ]
+
+_HOMES = {
+    "bags.bag": ("Bag",),
+    "exposure": ("ExposureWatch",),
+    "frames": (
+        "Frame",
+        "Frames",
+        "SourceError",
+        "Tell",
+        "read_ahead",
+    ),
+    "kinds": (
+        "BAG_ENDINGS",
+        "NO_WISHES",
+        "VIDEO_ENDINGS",
+        "Kind",
+        "Wishes",
+        "camera_number",
+        "kind_of",
+    ),
+    "live": (
+        "Arrival",
+        "Live",
+    ),
+    "opening": (
+        "Simulated",
+        "open_frames",
+    ),
+    "pictures": (
+        "PICTURE_ENDINGS",
+        "Pictures",
+        "list_pictures",
+        "numeric",
+    ),
+    "video": ("Video",),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a name when it is first asked for."""
+    home = next((home for home, names in _HOMES.items() if name in names), None)
+    if home is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value = getattr(import_module(f"{__name__}.{home}"), name)
+    return value

@@ -15,7 +15,8 @@ from dockpose.camera.coverage import Coverage, coverage_of
 from dockpose.camera.image import orientation_sentence, to_grey, to_levels
 from dockpose.checks import check_is, check_one_of
 from dockpose.sources.frames import Frames, SourceError, Tell
-from dockpose.sources.opening import Kind, kind_of, open_frames
+from dockpose.sources.kinds import Kind, kind_of
+from dockpose.sources.opening import open_frames
 from dockpose.sources.pictures import list_pictures, read_tagged
 from numpy.typing import ArrayLike
 

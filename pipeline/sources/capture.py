@@ -6,7 +6,6 @@ import os
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -16,6 +15,7 @@ import numpy as np
 from av.error import FFmpegError, HTTPNotFoundError, HTTPUnauthorizedError
 from dockpose.sources.ffmpeg import opened, picture_of
 from dockpose.sources.frames import SourceError
+from dockpose.sources.kinds import Wishes
 
 if "OPENCV_LOG_LEVEL" not in os.environ:
     # OpenCV 5 moved the function.
@@ -32,21 +32,6 @@ _JPEG_FORMATS = ("MJPG", "JPEG")
 # Video4Linux counts 1 as manual (V4L2_EXPOSURE_MANUAL), other systems 0 as not automatic.
 _MANUAL_EXPOSURE = 1 if sys.platform.startswith("linux") else 0
 _SAME_RATE = 0.02  # 29.97 is as good as 30
-
-
-@dataclass(frozen=True)
-class Wishes:
-    """What a camera is asked for; None leaves it as it is."""
-
-    width: int | None = None
-    height: int | None = None
-    exposure: float | None = None  # in its own unit: 0.1 ms with Video4Linux, powers of two of a second on Windows
-    gain: float | None = None  # in its own unit
-    rate_hz: float | None = None
-    format: str | None = None  # of the pixels, by its four letters (FOURCC), as MJPG, YUYV, GREY or Y16
-
-
-NO_WISHES = Wishes()
 
 
 class Capture(abc.ABC):

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import av
 import numpy as np
-from dockpose.sources.capture import NO_WISHES, Capture, Wishes
+from dockpose.sources.capture import Capture
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
+from dockpose.sources.kinds import NO_WISHES, Wishes
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 8.0
 _MOST_DELAY_S = 1.0  # of a frame after the time stamp of its driver

@@ -6,8 +6,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import cv2
-from dockpose import Dock, Entrance
-from dockpose.app.state.camera import with_own_dock
 from dockpose.app.state.view import open_source
 from dockpose.app.web.app import App
 from dockpose.camera.image import decode
@@ -44,8 +42,6 @@ def main() -> int:
                 page.page.emulate_media(color_scheme=scheme)
                 _shoot(page, f"page-{mode.__name__}-{scheme}")
             page.page.emulate_media(color_scheme="light")
-        pilot(page)
-        _shoot(page, "page-pilot")  # dark in any case
         browser.close()
     return 0
 
@@ -94,14 +90,6 @@ def play(page: Page) -> None:
     page.page.get_by_role("button", name="Play", exact=True).click()
     page.until(lambda: page.app.view.list_name == "sequence" and int(page.app.view.source.split()[3]) >= 300)
     page.page.get_by_role("button", name="Pause", exact=True).click()
-
-
-def pilot(page: Page) -> None:
-    """A dock whose entrance is in sight."""
-    dock = Dock(0.30, 10, entrance=Entrance(radius_m=0.05))
-    page.app.change(lambda _: with_own_dock(open_source(str(sample_path("plain")), None, None), dock), reload=True)
-    page.page.goto(page.app.address.replace("/?", "/pilot?"))
-    page.page.get_by_text("to the entrance").or_(page.page.get_by_text("to the stand-off")).wait_for()
 
 
 def _shoot(page: Page, name: str) -> None:

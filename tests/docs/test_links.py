@@ -51,7 +51,7 @@ def test_the_layout_is_that_of_the_design():
 
 def test_an_anchor_is_as_forges_make_it():
     assert "the-schemas-number" in anchors(DOCS / "outputs.md")
-    assert "what-a-millimetre-does" in anchors(DOCS / "paper.md")
+    assert "a-slip-in-print" in anchors(DOCS / "paper.md")
 
 
 def test_the_readme_is_short():

@@ -105,6 +105,32 @@ def wrong_imports() -> list[tuple[str, str]]:
     return [(str(path.relative_to(ROOT)), one) for path, one in every if not is_allowed(module_name(path), one)]
 
 
+def circles(house: str) -> list[set[str]]:
+    """Files that import each other by way of whichever others, as sets of the names of modules."""
+    every = {module_name(path): path for path in files(house)}
+    known = {
+        name: {every_one for one in imports_of(path) if (every_one := _module(one, every))}
+        for name, path in every.items()
+    }
+    reached = {name: _reached(name, known) for name in known}
+    found = {frozenset(one for one in reached[name] if name in reached[one]) for name in known}
+    return [set(one) for one in found if one]
+
+
+def _module(imported: str, every: dict[str, Path]) -> str:
+    """The module that an import names, or that has the value which it names; "" for one of the other house."""
+    return next((name for name in (imported, imported.rpartition(".")[0]) if name in every), "")
+
+
+def _reached(begin: str, known: dict[str, set[str]]) -> set[str]:
+    found, waiting = set[str](), [*known[begin]]
+    while waiting:
+        if (name := waiting.pop()) not in found:
+            found.add(name)
+            waiting += known[name]
+    return found
+
+
 def is_allowed(name: str, imported: str) -> bool:
     """Whether a file of either house may import that."""
     here, there = name.split(".")[1:], imported.split(".")[1:]

@@ -14,8 +14,7 @@ import yaml
 from dockpose import Camera, Estimate, Vehicle
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import UserError, unwritable, writing
-from dockpose.app.processing.analysis import headline_of, trust_of
-from dockpose.app.state.trust import Trust
+from dockpose.app.state.trust import Trust, headline_of, trust_of
 from dockpose.camera.files import ros_content
 from dockpose.files import GrowingFile
 from dockpose.guidance import entrance_of

@@ -99,6 +99,7 @@ def origin_html(view: View, is_saved: bool, browsers: int) -> str:
     return (
         f'<div id="strip-origin" title="{told}"><div><b id="source">{escape(view.source)}</b>{in_force}{several}</div>'
         f'<div id="tank">{escape(tank)}{state}</div></div>'
+        '<button type="button" id="strip-size" aria-label="Large figures" title="Large figures">⤢</button>'
     )
 
 

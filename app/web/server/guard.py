@@ -12,7 +12,7 @@ from urllib.parse import SplitResult, parse_qs, urlsplit
 from dockpose.app.web.server.gate import Gate, Sockets
 from dockpose.app.web.server.journal import SOCKETS_LOG, OneLine, client_of
 from dockpose.app.web.server.messages import LARGEST_FRAME_BYTES
-from dockpose.app.web.server.pages import FOR_VIEWERS, LOOK_PATH, PILOT_PATH, Page
+from dockpose.app.web.server.pages import FOR_VIEWERS, LOOK_PATH, Page
 from dockpose.app.web.server.viser_private import serving_through
 from websockets import Headers
 from websockets.http11 import Request, Response
@@ -55,7 +55,6 @@ class Guard:
         self.view_token = view_token
         self._names = {name.lower() for name in (*LOOPBACK_NAMES, host, *more_names)}
         self.on_look: Callable[[Headers], None] = lambda headers: None  # called where a browser's look has changed
-        self.tell_pilot: Callable[[], bytes] = lambda: b"null"
         # Anyone can make a name point here (DNS rebinding), but not a bare address.
         self._takes_addresses = host not in LOOPBACK_NAMES
 
@@ -180,7 +179,7 @@ def _page(guard: Guard, pages: Mapping[str, Page], connection: Any, request: Req
     path = request.path.partition("?")[0]
     if path == LOOK_PATH:
         guard.on_look(request.headers)
-    page = Page("application/json", guard.tell_pilot()) if path == PILOT_PATH else pages.get(path)
+    page = pages.get(path)
     if guard.asks_to_view(request.headers, request.path):
         page = pages.get(f"{path}{FOR_VIEWERS}", page)
     response = otherwise_page if page is None else _response(200, "OK", page)

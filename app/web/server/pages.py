@@ -12,7 +12,6 @@ LOOK_PATH = "/look"  # asked for where a browser's look changed; that browser's 
 # The styles and the first scripts stand in the page itself, which would wait for them.
 _STYLES = ("page.css", "view.css", "viser.css", "modes.css")
 _FIRST_SCRIPTS = ("viser.js", "layout.js")
-PILOT_PATH = "/pilot.json"  # what the pilot view asks for
 _SCRIPTS = ("page.js", "connection.js")
 _MODULES = (
     *("link.js", "frame.js", "viewport.js", "overlay.js", "pixels.js", "tools.js", "flat.js"),
@@ -41,13 +40,11 @@ def own_pages() -> dict[str, Page]:
         "/index.html": steering,
         f"/{FOR_VIEWERS}": viewing,
         f"/index.html{FOR_VIEWERS}": viewing,
-        **{f"/{name}": Page(script, static_path(name).read_bytes()) for name in (*_SCRIPTS, *_MODULES, "pilot.js")},
+        **{f"/{name}": Page(script, static_path(name).read_bytes()) for name in (*_SCRIPTS, *_MODULES)},
         "/icon.svg": Page("image/svg+xml", static_path("icon.svg").read_bytes()),
         "/alive": Page("text/plain; charset=utf-8", b"alive"),
         LOOK_PATH: Page("text/plain; charset=utf-8", b""),
-        "/pilot": Page(html, static_path("pilot.html").read_bytes()),
         "/help": Page(html, help_page().encode()),
-        "/paper": Page(html, static_path("paper.html").read_bytes()),
     }
 
 

@@ -4,6 +4,7 @@ import contextlib
 import struct
 import tempfile
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from itertools import accumulate
 from pathlib import Path
@@ -12,10 +13,9 @@ from typing import Any
 from dockpose.camera.camera import Camera
 from dockpose.files import FileError, read_yaml
 from dockpose.sources.bags import storage
-from dockpose.sources.bags.chunked import McapFile, Ros1File
 from dockpose.sources.bags.messages import CAMERA_INFO, COMPRESSED, IMAGE, camera_in, picture_in
 from dockpose.sources.bags.sqlite_file import SqliteFile
-from dockpose.sources.bags.storage import BAG_METADATA, Place, Storage
+from dockpose.sources.bags.storage import BAG_METADATA, Message, Place, Storage, Topic
 from dockpose.sources.bags.video import DEFINITIONS, VIDEO, FoxgloveVideo, Packet, Packets
 from dockpose.sources.ffmpeg import picture_of
 from dockpose.sources.frames import Frame, Indexed, SourceError, Tell, growing
@@ -48,6 +48,8 @@ def opened_files(source: str) -> tuple[list[Storage], bool, contextlib.ExitStack
 
 
 def _opened(path: Path, expand: Callable[[bytes], bytes] | None, stack: contextlib.ExitStack) -> Storage:
+    from dockpose.sources.bags.chunked import McapFile, Ros1File
+
     try:
         storage.check_regular(path)
         if path.stat().st_size == 0:
@@ -113,6 +115,54 @@ _LEAST_UNIX_NS = 10**17
 _DECIMALS = 9
 
 
+@dataclass
+class _Index:
+    """What a bag's topics have, by one reading of it."""
+
+    topics: dict[str, Topic] = field(default_factory=dict)
+    # Of each message of a topic with pictures: its file, where it lies in it, when it was recorded, and its own time
+    # stamp, None where it cannot be read.
+    frames: dict[str, list[tuple[Storage, Place, int, int | None]]] = field(default_factory=dict)
+    cameras: dict[str, Message] = field(default_factory=dict)  # the first of each topic with cameras
+
+    def read(self, file: Storage) -> None:
+        """Go through a file of the bag."""
+        for message in file.messages():
+            topic = message.topic
+            if topic[1:] in _PICTURES:
+                entry = file, message.place, message.time_ns, _stamp_ns(message)
+                self.frames.setdefault(topic.name, []).append(entry)
+            elif topic.kind == CAMERA_INFO:
+                self.cameras.setdefault(topic.name, message)
+        self.topics.update({topic.name: topic for topic in file.topics.values()})
+
+
+def _stamp_ns(message: Message) -> int | None:
+    """The time stamp in the head of a message, in nanoseconds; None where it cannot be read."""
+    try:
+        if message.topic.encoding == "protobuf":
+            return FoxgloveVideo(message.data).stamp_ns
+        head = message.data[:12]
+        if message.topic.encoding == "ros1":
+            _, seconds, nanoseconds = struct.unpack("<III", head)
+        else:
+            seconds, nanoseconds = struct.unpack("<iI" if head[1] & 1 else ">iI", head[4:])
+    except (struct.error, IndexError):
+        return None
+    return seconds * 10**9 + nanoseconds
+
+
+def _fields(topic: Topic, data: bytes) -> Any:
+    """A message with its fields. Raises SourceError where it is damaged."""
+    try:
+        if topic.encoding == "protobuf":
+            return FoxgloveVideo(data)
+        store = _store(topic.encoding)
+        return (store.deserialize_ros1 if topic.encoding == "ros1" else store.deserialize_cdr)(data, topic.kind)
+    except Exception as error:  # which errors damaged bytes raise is not documented
+        raise SourceError(f"the message is damaged ({len(data)} bytes)") from error
+
+
 class Bag(Indexed):
     """The pictures of one topic of a bag of ROS 1 or ROS 2, or of the only topic with pictures, each read when due."""
 
@@ -120,38 +170,34 @@ class Bag(Indexed):
         super().__init__(source, tell)
         self._storages, self._is_unfinished, self._open = opened_files(source)
         try:
-            self.topic = self._chosen(topic)
-            self._places = self._places_of(self.topic)
-            self.count = len(self._places)
+            index = _Index()
+            for file in self._storages:
+                index.read(file)
+            self.topic = self._chosen(index, topic)
+            self._topic, self._frames = index.topics[self.topic], index.frames.get(self.topic, [])
+            self.count = len(self._frames)
             self._tell_faults()
-            if not self._places:
+            if not self._frames:
                 raise SourceError(f"{source}: has no message of the topic {self.topic}")
-            is_video = _kind_of(self._places[0]) in {kind for kind, _ in VIDEO}
-            self._packets = (
-                Packets(self.count, lambda at: Packet(self._message(self._places[at]))) if is_video else None
-            )
-            self._stamps_ns = self._clock()
-            self._times_ns, back = growing(self._stamps_ns)
-            self._runs_back = bool(back)
-            if back:
-                jump_s = (self._stamps_ns[back[0] - 1] - self._stamps_ns[back[0]]) / 1e9
-                more = f" and {len(back) - 1} times more" if len(back) > 1 else ""
-                jump = f"by {jump_s:.6g} s at frame {back[0]}{more}"
-                self._tell(f"{source}: its clock jumps back {jump}; time goes on by the usual interval there")
-            if self._stamps_ns[0] != self._stamps_ns[-1]:
-                self.rate_hz = (self.count - 1) * 1e9 / self._times_ns[-1]
-            self.camera, self.camera_topic = self._camera()  # and where it is from; None where there is none
+            is_video = self._topic[1:] in VIDEO
+            self._packets = Packets(self.count, lambda at: Packet(self._message(at))) if is_video else None
+            self._set_clock()
+            self.camera, self.camera_topic = self._camera(index)  # and where it is from; None where there is none
         except BaseException as error:
             self.close()
             if isinstance(error, SourceError) and not str(error).startswith(source):
                 raise SourceError(f"{source}: {error}") from error
             raise
 
+    def _message(self, index: int) -> Any:
+        file, place, _, _ = self._frames[index]
+        return _fields(self._topic, file.read(place))
+
     def _frame(self, index: int) -> Frame:
         name = f"{self.source}: frame {index}"
         try:
             if self._packets is None:
-                image = picture_in(self._message(self._places[index]), name)
+                image = picture_in(self._message(index), name)
             else:
                 image = picture_of(self._packets.frame(index))
         except SourceError as error:
@@ -161,10 +207,10 @@ class Bag(Indexed):
         time_s = round(self._times_ns[index] / 1e9, _DECIMALS)
         return Frame(image, index, time_s, self.source, time_unix_s=time_unix_s)
 
-    def _chosen(self, topic: str | None) -> str:
+    def _chosen(self, index: _Index, topic: str | None) -> str:
         """The topic that was asked for, or the only one with pictures."""
-        known = {one.name: one for file in self._storages for one in file.topics.values()}
-        pictures = sorted(name for name, one in known.items() if (one.kind, one.encoding) in _PICTURES)
+        known = index.topics
+        pictures = sorted(name for name, one in known.items() if one[1:] in _PICTURES)
         if topic is not None:
             wanted = topic if topic in known or topic.startswith("/") else f"/{topic}"
             if wanted in pictures:
@@ -182,63 +228,45 @@ class Bag(Indexed):
             raise SourceError(f"{self.source}: which topic? Say --topic with one of {', '.join(pictures)}")
         return pictures[0]
 
-    def _places_of(self, name: str) -> list[Place]:
-        keys = ((file, [key for key, topic in file.topics.items() if topic.name == name]) for file in self._storages)
-        return [place for file, topics in keys for place in file.places(topics)]
-
-    def _message(self, place: Place) -> Any:
-        """A message with its fields."""
-        topic, data = place.file.topics[place.topic], place.file.read(place)
-        try:
-            if topic.encoding == "protobuf":
-                return FoxgloveVideo(data)
-            store = _store(topic.encoding)
-            if topic.encoding == "ros1":
-                return store.deserialize_ros1(data, topic.kind)
-            return store.deserialize_cdr(data, topic.kind)
-        except Exception as error:  # which errors damaged bytes raise is not documented
-            raise SourceError(f"the message is damaged ({len(data)} bytes)") from error
+    def _set_clock(self) -> None:
+        """Take the times of all pictures from their stamps; from the recording where the pictures have none."""
+        self._stamps_ns = self._clock()
+        self._times_ns, back = growing(self._stamps_ns)
+        self._runs_back = bool(back)
+        if back:
+            jump_s = (self._stamps_ns[back[0] - 1] - self._stamps_ns[back[0]]) / 1e9
+            more = f" and {len(back) - 1} times more" if len(back) > 1 else ""
+            jump = f"by {jump_s:.6g} s at frame {back[0]}{more}"
+            self._tell(f"{self.source}: its clock jumps back {jump}; time goes on by the usual interval there")
+        if self._stamps_ns[0] != self._stamps_ns[-1]:
+            self.rate_hz = (len(self._frames) - 1) * 1e9 / self._times_ns[-1]
 
     def _clock(self) -> list[int]:
-        """Time stamps of all pictures, in nanoseconds; by the recording where the pictures have none."""
-        stamps_ns = list(map(self._stamp_ns, self._places))
+        """Time stamps of all pictures, in nanoseconds."""
+        stamps_ns = [stamp_ns for *_, stamp_ns in self._frames]
         first_ns = next((each for each in stamps_ns if each is not None), 0)
         if first_ns == 0:
             if any(each == 0 for each in stamps_ns):
                 self._tell(f"{self.source}: its pictures have no time stamps; the times of the recording are taken")
-            return [place.time_ns for place in self._places]
+            return [time_ns for _, _, time_ns, _ in self._frames]
         if first_ns < _LEAST_UNIX_NS:
             begin = f"its time stamps begin at {first_ns / 1e9:.3f} s, which is not a time of day"
             self._tell(f"{self.source}: {begin}; times are counted from the first frame alone")
         # One that cannot be read, or has none, has that of the picture before.
         return list(accumulate(stamps_ns, lambda last, each: each or last, initial=first_ns))[1:]
 
-    def _stamp_ns(self, place: Place) -> int | None:
-        """The time stamp in the head of a message; None where it cannot be read."""
-        try:
-            head = place.file.read(place)[:12]
-            if place.file.topics[place.topic].encoding == "protobuf":
-                return FoxgloveVideo(place.file.read(place)).stamp_ns
-            if place.file.topics[place.topic].encoding == "ros1":
-                _, seconds, nanoseconds = struct.unpack("<III", head)
-            else:
-                seconds, nanoseconds = struct.unpack("<iI" if head[1] & 1 else ">iI", head[4:])
-        except (SourceError, struct.error, IndexError):
-            return None
-        return seconds * 10**9 + nanoseconds
-
-    def _camera(self) -> tuple[Camera | None, str | None]:
+    def _camera(self, index: _Index) -> tuple[Camera | None, str | None]:
         """The camera that the topic beside that of the pictures describes, and that topic."""
         above = self.topic.rsplit("/", 1)[0]
         names = [f"{above}/camera_info", f"{above.rsplit('/', 1)[0]}/camera_info"]  # of a compressed one, one level up
         # By the name that ROS gives to pictures of which a program took the distortion out.
         is_rectified = "rect" in self.topic.removesuffix("/compressed").rsplit("/")[-1]
-        for name in names[: 1 if _kind_of(self._places[0]) == IMAGE else 2]:
-            places = self._places_of(name)
-            if not places or _kind_of(places[0]) != CAMERA_INFO:
+        for name in names[: 1 if self._topic.kind == IMAGE else 2]:
+            if name not in index.cameras:
                 continue
+            message = index.cameras[name]
             try:
-                camera = camera_in(self._message(places[0]), is_rectified)
+                camera = camera_in(_fields(message.topic, message.data), is_rectified)
             except ValueError as error:
                 self._tell(f"{self.source}: the camera of {name} cannot be used ({error})")
                 continue
@@ -256,10 +284,6 @@ class Bag(Indexed):
             self._tell(f"{self.source}: the bag is cut short: {frames} there")
         elif self._is_unfinished:
             self._tell(f"{self.source}: the bag was not closed, as it has no metadata.yaml: {frames} there")
-
-
-def _kind_of(place: Place) -> str:
-    return place.file.topics[place.topic].kind
 
 
 @lru_cache(maxsize=2)

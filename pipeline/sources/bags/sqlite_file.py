@@ -7,13 +7,12 @@ from itertools import repeat
 from pathlib import Path
 from typing import Any
 
-from dockpose.sources.bags.storage import MOST_BYTES, Place, Storage, Topic, kind_of_message
+from dockpose.sources.bags.storage import MOST_BYTES, Message, Place, Storage, Topic, kind_of_message
 from dockpose.sources.frames import SourceError
 from dockpose.text import shown
 
 _STEPS, _TIMES = 10_000, 100  # of SQLite's machine for one row, which takes a few dozen
 _MOST_TOPICS = 10_000
-_GENERATED = (2, 3)  # "hidden" in SQLite's description of a column
 
 
 class SqliteFile(Storage):
@@ -24,19 +23,19 @@ class SqliteFile(Storage):
         with path.open("rb") as file:
             if file.read(16) != b"SQLite format 3\0":
                 raise SourceError("is not an SQLite database")
-        self._expand, self._bytes = expand, path.stat().st_size
+        self._expand, self._bytes = expand or bytes, path.stat().st_size
         self._address = f"{path.resolve().as_uri()}?mode=ro"
         self._database = self._connected("")
         try:
             try:
-                self._read_all()
+                self._read_topics()
             except sqlite3.DatabaseError:
                 self.is_cut_short = True
                 self._database.close()
                 self._database = self._connected("&immutable=1")
                 # Otherwise SQLite refuses every file that is shorter than its header says.
                 self._database.execute("PRAGMA writable_schema=ON")
-                self._read_all()
+                self._read_topics()
         except sqlite3.Error as error:
             self._database.close()
             raise SourceError(f"is not a bag of ROS 2, or is cut short before its first message ({error})") from error
@@ -50,8 +49,7 @@ class SqliteFile(Storage):
 
     def _connected(self, more: str) -> sqlite3.Connection:
         database = sqlite3.connect(self._address + more, uri=True, check_same_thread=False)
-        if hasattr(database, "setlimit"):  # from Python 3.11 on
-            database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_BYTES)
+        database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_BYTES)
         return database
 
     def _rows(self, query: str, *values: object) -> Iterator[tuple[Any, ...]]:
@@ -67,64 +65,50 @@ class SqliteFile(Storage):
                 raise
             raise SourceError(f"is damaged: SQLite finds no row of it in {_STEPS * _TIMES} steps") from error
 
-    def _read_all(self) -> None:
-        """Read both tables, and refuse what computes instead: views, virtual tables and generated columns."""
-        for name in ("topics", "messages"):
-            query = "SELECT type, rootpage FROM sqlite_master WHERE name = ? COLLATE NOCASE"
-            kind, page = next(self._rows(query, name), ("missing", 0))
-            if kind != "table" or not page:
-                there = "missing" if kind == "missing" else f"a {'virtual table' if kind == 'table' else kind}"
-                raise SourceError(f"is not a bag of ROS 2: its table {name!r} is {there}")
-            for _, column, *_, hidden in self._rows(f"PRAGMA table_xinfo({name})"):
-                if hidden in _GENERATED:
-                    raise SourceError(
-                        f"is not a bag of ROS 2: the column {column!r} of its table {name!r} is generated"
-                    )
-        for key, *words in self._rows("SELECT id, name, type, serialization_format FROM topics NOT INDEXED"):
+    def _read_topics(self) -> None:
+        for key, *words in self._rows("SELECT id, name, type, serialization_format FROM topics"):
             if not isinstance(key, int) or not all(isinstance(word, str) for word in words):
                 raise SourceError(f"the row {shown((key, *words))} of its table 'topics' is not a topic")
             if len(self.topics) == _MOST_TOPICS or key in self.topics:
                 raise SourceError(f"its table 'topics' is damaged: it has over {len(self.topics)} rows, or one twice")
             name, kind, encoding = words
             self.topics[key] = Topic(name, kind_of_message(kind), encoding)
-        self._places = self._listed()
 
-    def _listed(self) -> list[Place]:
-        """All messages in the order of their numbers, as far as they are there."""
-        rows: list[Place] = []
+    def messages(self) -> Iterator[Message]:
+        """Go through all messages in the order of their numbers, as far as they are there."""
+        held = 0  # bytes, as the file can hold no more than it has: a view and a forged schema can compute endless rows
         try:
-            # SQLite goes through a table in the order of its numbers; it need not sort, for which it would read all.
-            for key, topic, time_ns in self._rows("SELECT id, topic_id, timestamp FROM messages NOT INDEXED"):
+            for key, topic, time_ns, data in self._rows("SELECT id, topic_id, timestamp, data FROM messages"):
                 if not all(isinstance(each, int) for each in (key, topic, time_ns)):
                     values = f"topic {shown(topic)} and timestamp {shown(time_ns)}, which must be whole numbers"
                     raise SourceError(f"message {shown(key)} has {values}")
-                if rows and key <= rows[-1].offset:
-                    raise SourceError(f"its table 'messages' is damaged: message {key} follows {rows[-1].offset}")
-                if len(rows) > self._bytes:  # a view after all, which a forged schema can call a table
-                    break
-                rows.append(Place(time_ns, topic, self, -1, key))
-        except (sqlite3.DatabaseError, SourceError):
+                held += 1 + (len(data) if isinstance(data, bytes) else 0)
+                if held > self._bytes:
+                    raise SourceError("is not a bag of ROS 2: its messages hold more bytes than the file")
+                if topic in self.topics:
+                    yield Message(self.topics[topic], time_ns, Place(-1, key), self._bytes_of(data))
+        except (sqlite3.DataError, sqlite3.OperationalError) as error:
+            raise SourceError(f"is not a bag of ROS 2 ({error})") from error
+        except sqlite3.DatabaseError:
+            self.is_cut_short = True
+        except SourceError:
             if not self.is_cut_short:
                 raise
-        if len(rows) > self._bytes:
-            raise SourceError("is not a bag of ROS 2: it has more messages than bytes")
-        while self.is_cut_short and rows and not self._is_there(rows[-1]):
-            rows.pop()
-        return rows
 
-    def _is_there(self, place: Place) -> bool:
+    def _bytes_of(self, data: object) -> bytes:
+        """What a message holds; nothing where it is damaged, which is reported when it is read."""
         try:
-            return bool(self.read(place))
-        except SourceError:
-            return False
+            return self._expand(data) if isinstance(data, bytes) else b""
+        except ValueError:
+            return b""
 
     def _read(self, place: Place) -> bytes:
         try:
-            row = next(self._rows("SELECT data FROM messages NOT INDEXED WHERE id = ?", place.offset), None)
+            row = next(self._rows("SELECT data FROM messages WHERE id = ?", place.offset), None)
         except sqlite3.Error as error:
             raise ValueError(str(error)) from error
         if row is None:
             raise ValueError("it is not there")
         if not isinstance(row[0], bytes):
             raise ValueError(f"its data are {shown(row[0])}, not bytes")
-        return row[0] if self._expand is None else self._expand(row[0])
+        return self._expand(row[0])

@@ -272,11 +272,13 @@ def test_a_recorded_camera_gives_the_same_results_and_times_again(here, capsys, 
     assert main(["estimate", str(path), *known, *KNOWN]) == 0
     again = {line["frame"]: line for line in lines_of(capsys.readouterr().out)}
     assert len(again) == FRAMES
-    for line in live:
+    for number, line in enumerate(live):
         other = again[line["frame"]]
         assert other["time_s"] == pytest.approx(line["time_s"], abs=2e-6)
         assert other["time_unix_s"] == pytest.approx(line["time_unix_s"], abs=2e-6)
-        assert other["candidates"][0]["position_m"] == pytest.approx(line["candidates"][0]["position_m"], abs=1e-9)
+        # Behind a frame that was dropped, lights are followed from elsewhere than in the recording, which has it.
+        off_m = 1e-9 if line["frame"] == number else 1e-4
+        assert other["candidates"][0]["position_m"] == pytest.approx(line["candidates"][0]["position_m"], abs=off_m)
 
 
 def test_where_a_recording_cannot_be_the_estimation_goes_on(here, capsys, monkeypatch, tmp_path):

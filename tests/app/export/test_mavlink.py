@@ -12,8 +12,7 @@ from dockpose import estimate
 from dockpose.app.errors import UserError
 from dockpose.app.export.mavlink import Autopilot, why_not
 from dockpose.app.export.vehicle import AHEAD, vehicle_covariance
-from dockpose.app.processing.analysis import trust_of
-from dockpose.app.state.trust import Trust
+from dockpose.app.state.trust import Trust, trust_of
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import render
 from dockpose.sources import Frame

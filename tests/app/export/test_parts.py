@@ -1,5 +1,5 @@
 import pytest
-from dockpose.app.export.parts import NumberTable, by_verdict, page, sentences
+from dockpose.app.export.parts import NumberTable, by_verdict, sentences
 from dockpose.study.statistics import wilson
 
 
@@ -23,7 +23,6 @@ def test_numbers_are_rounded_and_large_ones_written_out(number, text):
     assert shown == text
 
 
-def test_the_report_on_the_paper_has_no_date():
-    """The same seed gives the same bytes, on another day too."""
-    text = page("reproduction.html", seed=7, versions={"dockpose": "1"}, parts=[])
-    assert "--seed 7</code>; versions:" in " ".join(text.split())
+def test_a_table_in_markdown_shows_its_cells_to_the_letter():
+    table = NumberTable("main", "", ["a|b", "x_px"], [["1 < 2", 0.5]])
+    assert table.markdown.splitlines() == [r"| a\|b | x\_px |", "| --- | --- |", r"| 1 \< 2 | 0.5 |"]

@@ -6,7 +6,8 @@ import pytest
 from dockpose.camera.camera import Camera
 from dockpose.camera.files import load_camera, save_camera
 from dockpose.camera.port import FlatPort
-from dockpose.camera.sigma import CENTRE_PX, FOCAL_SHARE, CameraSigma, errors_of, moved, with_port_errors
+from dockpose.camera.sigma import CENTRE_PX, FOCAL_SHARE, errors_of, moved, with_port_errors
+from dockpose.camera.standard_errors import CameraSigma
 
 INTRINSICS = (700.0, 710.0, 300.0, 250.0, 640, 480)
 BENT = (-0.2, 0.05, 0.001, 0.002)

@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose.sources import NO_WISHES, Live, Wishes, camera_number, kind_of, open_frames
-from dockpose.sources.opening import Kind
+from dockpose.sources.kinds import Kind
 
 from tests.support.cameras import V4l2Camera
 from tests.support.clock import until

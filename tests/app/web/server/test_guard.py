@@ -59,17 +59,13 @@ def test_printed_address_opens_the_page_and_leaves_a_cookie(app):
     assert "SameSite=Strict" in cookie
 
 
-@pytest.mark.parametrize(
-    "path", ["/", "/index.html", "/help", "/page.js", "/picture.js", "/histogram.js", "/pilot", "/pilot.json"]
-)
+@pytest.mark.parametrize("path", ["/", "/index.html", "/help", "/page.js", "/picture.js", "/histogram.js"])
 def test_cookie_is_enough_from_then_on(app, path):
     status, _, _ = ask(app, path, Cookie=f"other=1; {cookie_of(app)}")
     assert status == 200
 
 
-@pytest.mark.parametrize(
-    "path", ["/", "/help", "/pilot", "/pilot.json", "/?token=", "/?token=wrong", "/?token=%C3%A9", "/?tokens=x"]
-)
+@pytest.mark.parametrize("path", ["/", "/help", "/?token=", "/?token=wrong", "/?token=%C3%A9", "/?tokens=x"])
 def test_without_the_token_nothing_is_shown(app, path):
     status, text, headers = ask(app, path)
     assert status == 403

@@ -16,13 +16,11 @@ def test_help_has_the_section_that_a_tab_leads_to(name):
     assert len(text.split()) > 10
 
 
-def test_the_help_says_what_the_study_found_and_leads_to_the_paper():
+def test_the_help_says_what_the_study_found():
     pages = own_pages()
     text = pages["/help"].body.decode()
     assert "simulated scenes of seed" in text
     assert "study.html" not in text
-    assert 'href="/paper"' in text
-    assert b"The paper, reproduced" in pages["/paper"].body
 
 
 def test_forgotten_uploads_are_counted():

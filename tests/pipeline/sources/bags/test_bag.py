@@ -182,6 +182,30 @@ def test_of_a_database_that_breaks_off_the_frames_before_are_there(tmp_path, sha
     assert told == [f"{path}: the bag is cut short: {len(found)} frames are there"]
 
 
+def test_of_a_database_that_is_damaged_within_the_frames_before_are_there(tmp_path):
+    shown = pictures(40)
+    (path,) = bags.write_rosbag2(tmp_path / "bag", bags.frames(shown)).glob("*.db3")
+    data = bytearray(path.read_bytes())
+    at = data.find(shown[20].tobytes()) // 4096 * 4096
+    data[at : at + 2 * 4096] = b"\xff" * 8192
+    path.write_bytes(data)
+    found, told, bag = taken(path)
+    assert bag.is_cut_short
+    assert 0 < len(found) < 40
+    assert all(np.array_equal(frame.image, picture) for frame, picture in zip(found, shown, strict=False))
+    assert told[-1] == f"{path}: the bag is cut short: {len(found)} frames are there"
+
+
+def test_a_picture_without_a_time_stamp_among_others_follows_the_one_before(tmp_path):
+    entries = bags.frames(pictures(4))
+    topic, kind, time_ns, _ = entries[2]
+    entries[2] = (topic, kind, time_ns, bags.image(pictures(1)[0], "mono8", stamp_ns=0))
+    found, told, _ = taken(bags.write_mcap(tmp_path / "a.mcap", entries))
+    assert told == []
+    assert [frame.time_s for frame in found] == pytest.approx([0.0, 0.1, 0.2, 0.3])
+    assert found[2].time_unix_s == pytest.approx(found[1].time_unix_s)
+
+
 def test_a_folder_of_a_recorder_that_was_killed(tmp_path):
     folder = bags.write_rosbag2(tmp_path / "bag", bags.frames(pictures()), "MCAP")
     (folder / "metadata.yaml").unlink()

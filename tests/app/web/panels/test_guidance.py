@@ -1,7 +1,5 @@
-"""What the pilot view is told, by poses whose way to the dock is known by hand, and the age of the newest picture."""
+"""The way to the dock by poses for which it is known by hand, and the age of the newest picture."""
 
-import json
-import math
 import re
 from contextlib import nullcontext
 from dataclasses import replace
@@ -13,52 +11,14 @@ import pytest
 from dockpose import Camera, Dock, Entrance, Mount, Vehicle
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_method
-from dockpose.app.web.panels import pilot
+from dockpose.app.web.panels import guidance
+from dockpose.app.web.panels.guidance import guidance_html
 from dockpose.app.web.panels.picture import StripPanel, place_html
-from dockpose.app.web.panels.pilot import corridor, guidance_html, pilot_numbers
 from dockpose.pose.circle import CirclePose
-
-SIDEWAYS = np.sqrt(0.5)
 
 
 def pose(position_m, normal):
     return CirclePose(np.array(position_m), np.array(normal, dtype=float), np.zeros(2))
-
-
-def test_square_on_the_way_is_the_offset_itself():
-    way = corridor(pose((0.06, -0.04, 1.1), (0, 0, -1)), 0.15)
-    # A dock that is seen to the right and above: the vehicle is to the left of its axis, and below.
-    assert (way["ahead"], way["right"], way["down"]) == pytest.approx((1.1, -0.06, 0.04))
-    assert (way["headingRightDeg"], way["headingDownDeg"]) == pytest.approx((0, 0))
-    assert way["isInside"]
-
-
-def test_a_turned_dock_straight_ahead_is_approached_from_the_side():
-    # The face points half to the right, as seen: the camera is to the left of the axis, and heads to the right.
-    way = corridor(pose((0, 0, 1), (SIDEWAYS, 0, -SIDEWAYS)), 0.15)
-    assert (way["ahead"], way["right"], way["down"]) == pytest.approx((SIDEWAYS, -SIDEWAYS, 0))
-    assert (way["headingRightDeg"], way["headingDownDeg"]) == pytest.approx((45, 0))
-    assert not way["isInside"]
-
-
-@pytest.mark.parametrize(("offset_m", "is_inside"), [(0.25, True), (0.252, False)])
-def test_the_corridor_opens_by_ten_degrees_from_half_the_ring(offset_m, is_inside):
-    # 0.075 m at the face, and 1 m before it tan(10 degrees) = 0.1763 m more: 0.2513 m.
-    assert corridor(pose((0, offset_m, 1), (0, 0, -1)), 0.15)["isInside"] is is_inside
-
-
-def test_the_pilot_reads_what_the_strip_says(analysis):
-    told = pilot_numbers(analysis)
-    assert (told["trust"], told["verdict"], told["source"]) == ("green", "Dock found", "plain")
-    figures = told["figures"]
-    assert [figures[name] for name in ("ahead", "across", "along")] == ["1.10 m ahead", "6 cm right", "4 cm up"]
-    assert [figures[name] for name in ("pitch", "yaw")] == ["6°", "-12°"]
-    assert figures["exact"].startswith("± ")
-    assert told["directionDeg"] == pytest.approx([3.12, -2.08], abs=0.05)
-    assert pilot_numbers(analyse(replace(analysis.view, dock_of="guess")))["figures"]["exact"] == "assumed"
-    nothing = pilot_numbers(analyse(with_method(analysis.view, "fixed", 255)))
-    assert (nothing["trust"], nothing["verdict"]) == ("red", "No pose")
-    assert "figures" not in nothing
 
 
 CAMERA = Camera(700, 700, 319.5, 239.5, 640, 480)
@@ -70,26 +30,6 @@ def seen(dock, place=(0.3, 0.1, 2.0)) -> Any:
     found = SimpleNamespace(selected=pose(place, (0, 0, -1)), dock=dock, camera=CAMERA)
     trust = SimpleNamespace(colour="green", verdict="Dock found", reasons=())
     return SimpleNamespace(estimate=found, trust=trust, view=SimpleNamespace(assumed=frozenset(), source="tank"))
-
-
-def test_the_way_leads_to_the_entrance_by_the_docks_own_cone():
-    dock = Dock(0.3, 10, entrance=Entrance(radius_m=0.1))
-    told = pilot_numbers(seen(dock), NOSE)
-    figures = [told["figures"][name] for name in ("ahead", "across", "along")]
-    assert figures == ["2.20 m ahead", "30 cm right", "10 cm down"]
-    assert [told["figures"][name] for name in ("pitch", "yaw")] == ["0°", "0°"]
-    assert told["target"] == "to the entrance"
-    way = told["corridor"]
-    assert (way["ahead"], way["right"], way["down"], way["entrance"]) == pytest.approx((2.2, -0.3, -0.1, 0.1))
-    assert way["opening"] == pytest.approx(math.tan(math.radians(15)))
-    assert way["isInside"]  # 0.32 m off the axis, where 0.1 + 2.2 tan(15 degrees) = 0.69 m are allowed
-
-
-def test_from_outside_the_cone_it_leads_to_the_stand_off():
-    told = pilot_numbers(seen(Dock(0.3, 10, entrance=Entrance(cone_deg=5.0, standoff_m=0.8))))
-    assert told["figures"]["ahead"] == "1.20 m ahead"
-    assert told["target"] == "to the stand-off"
-    assert not told["corridor"]["isInside"]  # 0.32 m, and 2 tan(5 degrees) = 0.17 m are allowed
 
 
 def cells(html):
@@ -106,6 +46,9 @@ def test_vehicle_and_way_stand_in_tables_and_nothing_where_neither_is_known():
     assert cells(html)[-6:] == ["Vehicle", "220.0", "-30.0", "10.0", "0.0", "0.0"]
     assert "Inside the cone, 8° off its axis: go to the entrance, 2.20 m ahead, 30 cm right, 10 cm down." in html
     assert cells(guidance_html(None, seen(entrance)))[-6:] == ["Camera", "200.0", "-30.0", "10.0", "0.0", "0.0"]
+    far_off = guidance_html(None, seen(Dock(0.3, 10, entrance=Entrance(cone_deg=5.0, standoff_m=0.8))))
+    # 0.32 m, and 2 tan(5 degrees) = 0.17 m are allowed.
+    assert "Outside the cone, 9° off its axis: go to the stand-off, 1.20 m ahead, 30 cm right, 10 cm down." in far_off
 
 
 def test_vehicle_has_standard_errors_unless_something_is_assumed(analysis):
@@ -117,13 +60,11 @@ def test_vehicle_has_standard_errors_unless_something_is_assumed(analysis):
 @pytest.fixture
 def panel(analysis, monkeypatch):
     now = SimpleNamespace(s=100.0)
-    monkeypatch.setattr(pilot, "time", SimpleNamespace(monotonic=lambda: now.s))
+    monkeypatch.setattr(guidance, "time", SimpleNamespace(monotonic=lambda: now.s))
     player = SimpleNamespace(frames=SimpleNamespace(is_live=True))
-    made = object.__new__(pilot.PilotPanel)
-    options = SimpleNamespace(vehicle=None)
-    app: Any = SimpleNamespace(sequence=SimpleNamespace(player=player), options=options)
+    made = object.__new__(guidance.GuidancePanel)
+    app: Any = SimpleNamespace(sequence=SimpleNamespace(player=player))
     made.analysis, made.app = None, app
-    made._told = None, {}
     made.show(analysis)
     return SimpleNamespace(panel=made, now=now, player=player)
 
@@ -132,13 +73,24 @@ def test_a_picture_ages_until_the_next_and_not_with_another_look_at_it(panel, an
     begun_s = analysis.estimate.elapsed_ms / 1000
     panel.now.s = 106.5
     panel.panel.show(replace(analysis))
-    told = json.loads(panel.panel.answer())
-    assert (told["ageS"], told["isLive"]) == (pytest.approx(6.5 + begun_s), True)
+    assert panel.panel._age_s == pytest.approx(6.5 + begun_s)
     panel.panel.show(analyse(replace(analysis.view, image=analysis.view.image.copy())))
-    panel.player.frames.is_live = False
-    told = json.loads(panel.panel.answer())
-    assert told["ageS"] < 1
-    assert not told["isLive"]
+    assert panel.panel._age_s < 1
+
+
+def test_only_a_live_source_is_told_to_be_silent(panel):
+    panel.now.s = 106.5
+    told, looks = [], iter([False, False, False, True])
+    ended: Any = SimpleNamespace(wait=lambda seconds: next(looks))
+    panel.panel.app.live = SimpleNamespace(held=nullcontext())
+
+    def say(seconds: int) -> None:
+        told.append(seconds)
+        panel.player.frames.is_live = False
+
+    age_s = panel.panel._age_s
+    panel.panel._watch(say, ended)
+    assert told == [int(age_s), 0]
 
 
 def test_the_strip_says_its_age_in_place_of_green(analysis):

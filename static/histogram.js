@@ -16,7 +16,7 @@ const GRIP_PX = 16; // to either side of the threshold's line
 class Histogram extends HTMLElement {
   connectedCallback() {
     if (this.plot === undefined) this.build();
-    this.resizes = new ResizeObserver(() => this.draw());
+    this.resizes = new ResizeObserver(() => this.resize());
     this.resizes.observe(this.plot);
     this.ends = [follow("frame", (frame) => this.take(frame)), follow("methods", (data) => this.takeMethods(data))];
   }
@@ -27,6 +27,7 @@ class Histogram extends HTMLElement {
   }
 
   build() {
+    this.size = [0, 0];
     [this.data, this.methods, this.dragged, this.hovered, this.found] = [null, null, null, null, LEVELS];
     this.moving = makeSvg("g"); // the threshold, so that a step of it draws nothing else anew
     this.plot = makeSvg("svg", { class: "plot", role: "img", "aria-label": "histogram of the picture" });
@@ -43,6 +44,12 @@ class Histogram extends HTMLElement {
     this.grip.addEventListener("keydown", (event) => this.key(event));
     this.addEventListener("pointermove", (event) => this.hover(event));
     this.addEventListener("pointerleave", () => this.hover(null));
+  }
+
+  // Asked here alone, for whoever asks while a frame is shown has the page laid out once more.
+  resize() {
+    this.size = [this.plot.clientWidth, this.plot.clientHeight];
+    this.draw();
   }
 
   take({ overlay, histogram, isPlaying }) {
@@ -136,10 +143,10 @@ class Histogram extends HTMLElement {
   }
 
   draw() {
-    const { clientWidth, clientHeight } = this.plot;
-    if (this.data === null || clientWidth === 0) return;
-    [this.wide, this.high] = [clientWidth - LEFT - RIGHT, clientHeight];
-    this.isSmall = clientHeight < SMALL_PX;
+    const [wide, high] = this.size;
+    if (this.data === null || wide === 0) return;
+    [this.wide, this.high] = [wide - LEFT - RIGHT, high];
+    this.isSmall = high < SMALL_PX;
     this.toggleAttribute("data-small", this.isSmall);
     this.margin = this.isSmall ? SMALL : ROOMY;
     const most = Math.max(...this.data.counts, 1);
@@ -155,7 +162,7 @@ class Histogram extends HTMLElement {
     if (this.data === null || this.wide === undefined) return;
     const line = this.line();
     if (this.isPlaying) {
-      this.flat.begin(this.plot.clientWidth, this.high);
+      this.flat.begin(...this.size);
       this.flat.paint([...this.parts, ...line]);
     } else this.moving.replaceChildren(...line);
     this.grip.style.left = `${this.x(Math.min(this.level, LEVELS - 1) + 0.5) - GRIP_PX}px`;

@@ -150,7 +150,12 @@ document.addEventListener("DOMContentLoaded", () => Object.keys(BARS).forEach(ad
 // viser makes its panels anew when it connects again, so the picture is looked for whenever the page changes.
 let shared = null;
 const resizes = new ResizeObserver(() => shared !== null && share(shared));
-const redrawn = new MutationObserver(() => share(shared));
+let shape = 0; // of the picture, its width over its height
+const redrawn = new MutationObserver(() => {
+  const { width, height } = shared.viewport;
+  if (width / height !== shape) share(shared);
+  shape = width / height;
+});
 new MutationObserver(() => {
   const picture = document.querySelector("dockpose-picture");
   if (picture === shared || !picture?.viewport) return;
@@ -159,7 +164,7 @@ new MutationObserver(() => {
   redrawn.disconnect();
   const panel = viserPage.scrollerOf(picture);
   for (const part of [panel, panel?.firstElementChild]) if (part) resizes.observe(part);
-  redrawn.observe(picture, { attributeFilter: ["data-drawn"] }); // of another shape, perhaps
+  redrawn.observe(picture, { attributeFilter: ["data-drawn"] });
 }).observe(document, { childList: true, subtree: true });
 
 // viser's groups of controls open and close by a click on their name: here by the keys as well.

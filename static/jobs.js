@@ -144,7 +144,7 @@ class Jobs extends HTMLElement {
   openPlay() {
     openPart("tools"); // on small screens
     if (document.documentElement.dataset.mode === "compare") viserPage.openTab(viserPage.tabOf("Picture"));
-    viserPage.openTab(viserPage.tabOf("Play"));
+    viserPage.openTab(viserPage.tabOf("Source"));
   }
 }
 

@@ -3,7 +3,7 @@
 import { follow, make } from "./link.js";
 import { wish } from "./jobs.js";
 
-const HEIGHT_PX = 54;
+const HEIGHT_PX = 48;
 const [INDEX, TIME, Z, CHANCE, STATE] = [0, 1, 2, 3, 4]; // of a point
 const PREDICTED = 1;
 const LOST = 2;
@@ -255,7 +255,7 @@ function ends(numbers) {
   return [step * Math.floor(low / step), step * (Math.floor(high / step) + 1)];
 }
 
-// What the tab Play says of the frame.
+// What the tab Source says of the frame.
 class Course extends HTMLElement {
   connectedCallback() {
     this.end = follow("frame", ({ timeline }) => {

@@ -35,6 +35,7 @@ const viserPage = {
   tabs: () => [...document.querySelectorAll(TAB)],
   nameOfTab: (tab) => tab.textContent.trim(),
   tabOf: (name) => viserPage.tabs().find((tab) => viserPage.nameOfTab(tab) === name),
+  openTool: () => viserPage.tabs().find((tab) => viserPage.isOpen(tab) && tab.closest("[data-dock-region=right]"))?.textContent.trim(),
   isOpen: (tab) => tab.getAttribute("aria-selected") === "true",
   isInTab: (element) => Boolean(element.closest?.(TAB)),
   openTab(tab) {
@@ -71,7 +72,11 @@ const viserPage = {
   // Elements of our own each stand in a box, one after the other with those of the controls.
   boxAround: (element) => element.parentElement,
   boxBefore: (element) => element.parentElement?.previousElementSibling,
-  boxAfter: (element) => element.parentElement?.nextElementSibling,
+  boxesAfter(element, count) {
+    const all = [...(element.parentElement?.parentElement?.children ?? [])];
+    const at = all.indexOf(element.parentElement) + 1;
+    return all.slice(at, at + count);
+  },
   // Where its panels begin, in pixels from the top of the window.
   top: () => document.getElementById("root").offsetTop,
   // What scrolls where a panel is too high; the tab of the picture has such a one, too.

@@ -20,13 +20,12 @@ from dockpose.app.web.panels.view import PicturePanel
 from dockpose.app.web.widgets import Act, App, Panel
 
 PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
-# The tabs beside the picture, and their panels from above; each tab ends with a link to its section of the help.
+# The tabs beside the picture, the first of them open, and their panels from above; each ends with a link to its part
+# of the help.
 TABS: dict[str, tuple[type[Panel], ...]] = {
-    "Pictures": (SourcePanel,),
-    "Tank": (TanksPanel, CameraPanel, CalibrationPanel, BudgetPanel),
+    "Tank": (CameraPanel, TanksPanel, CalibrationPanel, BudgetPanel),
+    "Source": (SourcePanel, SequencePanel, PilotPanel, SimulatorPanel),
     "Detect": (DetectPanel, PosePanel),
-    "Simulate": (SimulatorPanel,),
-    "Play": (SequencePanel, PilotPanel),
     "Log": (ExperimentPanel,),
     "Export": (ExportPanel,),
 }

@@ -89,7 +89,7 @@ def log(page: Page) -> None:
 
 def play(page: Page) -> None:
     """An approach of which half has gone by."""
-    page.tab("Play")
+    page.tab("Source")
     page.choose("Sequence", "simulated approach")
     page.page.get_by_role("button", name="Play", exact=True).click()
     page.until(lambda: page.app.view.list_name == "sequence" and int(page.app.view.source.split()[3]) >= 300)

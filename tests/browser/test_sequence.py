@@ -14,11 +14,11 @@ COURSE = "simulated sweep"
 @pytest.fixture
 def sequence(page):
     """A simulated course, on its first frame; nothing is open afterwards."""
-    page.tab("Play")
+    page.tab("Source")
     page.choose("Sequence", COURSE)
     page.until(lambda: f"{COURSE}, frame 1 of 250" in page.status)
     yield page
-    page.tab("Play")
+    page.tab("Source")
     page.choose("Sequence", NONE_CHOSEN)
     page.until(lambda: page.app.sequence.player is None)
 
@@ -187,10 +187,10 @@ def test_speed_and_the_end(sequence):
 
 
 def test_another_picture_closes_the_sequence(sequence):
-    sequence.tab("Pictures")
+    sequence.tab("Source")
     sequence.choose("Sample scene", "turbid")
     sequence.until(lambda: "Dock found in turbid" in sequence.status)
-    sequence.tab("Play")
+    sequence.tab("Source")
     sequence.until(lambda: sequence.box("Sequence").input_value() == NONE_CHOSEN)
     assert "No sequence is open. Choose one here, or send a video" in words(sequence)
 
@@ -207,7 +207,7 @@ def test_video_is_uploaded_and_one_without_a_dock_is_a_result(page, tmp_path):
     page.send("Upload a video", ("tank.avi", video(tmp_path)))
     page.until(lambda: "tank.avi, frame 1 of 4" in page.status)
     assert "No pose" in page.status
-    page.tab("Play")
+    page.tab("Source")
     page.until(lambda: "The dock is lost" in words(page))
     page.choose("Sequence", NONE_CHOSEN)
 

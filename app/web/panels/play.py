@@ -1,4 +1,4 @@
-"""The tab Play: the sequence that is open, which static/timeline.js draws and steers, and how fast it is played."""
+"""Of the tab Source: the sequence that is open, which static/timeline.js draws and steers, and how fast it plays."""
 
 import itertools
 import math
@@ -191,7 +191,7 @@ class SequencePanel(Panel):
     def _numbers(self) -> dict[str, Any]:
         player, source, newest = self.player, self._source, self._newest
         if player is None or source is None:
-            words = "No sequence is open. Choose one here, or send a video in Pictures."
+            words = "No sequence is open. Choose one here, or send a video."
             return {"course": self._course, "name": None, "words": words}
         at, words, points = 0, "", []
         if newest is not None:

@@ -8,11 +8,12 @@ import viser
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
 from dockpose.app.state.preferences import settings_file, with_settings_file
-from dockpose.app.web.html import help_anchor, help_link
+from dockpose.app.web.html import help_anchor, help_link, small
 from dockpose.app.web.server.pages import help_body
 from dockpose.app.web.server.viser_private import Modal
 from dockpose.app.web.widgets import Act, App, Client, Panel, on_person
 
+_SOFTWARE = "This browser has no graphics card to draw with: the 3D view turns slowly, and rests while frames play."
 _STEPS_AGAIN = '<div class="steps-again"><button type="button" data-steps-again>Show the first steps</button></div>'
 
 
@@ -34,6 +35,7 @@ class SettingsPanel(Panel):
             self.gui.add_html(help_link("page"))
             self.add("button", "help", self.show_help)
             self.gui.add_html(_STEPS_AGAIN)
+            self.gui.add_html(small(_SOFTWARE, 'class="software"'))
         self.add_upload(area, "load", self.changing_by_file(with_settings_file))
         own: dict[str, Act] = {"dark": lambda client: self._set_dark(not self._dark.value), "help": self.show_help}
         for name, act in {**acts, **own}.items():

@@ -6,7 +6,7 @@ from dockpose.app.web.server.pages import help_body, own_pages
 
 SECTIONS = (
     *("view", "annotated", "threshold", "compare", "original"),
-    *("pictures", "tank", "detect", "pose", "simulate", "play", "log", "export", "study", "page"),
+    *("tank", "source", "detect", "pose", "log", "export", "study", "page"),
 )
 
 

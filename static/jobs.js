@@ -106,7 +106,7 @@ class Jobs extends HTMLElement {
     this.append(
       this.chips, this.words,
       this.button("Take (T)", "Log this frame: a row of the session, on the disk at once. Key: T.", take),
-      this.button("Play", "Open a video or a simulated course, and play it.", () => this.openPlay()),
+      this.button("Play", "Play the first sequence that the tab Source offers. Key: K.", () => wish({ do: "play" })),
       this.button("Everything as ZIP", "Save all that is known of this frame as one ZIP file.", () => wish({ do: "zip" })),
       make("button", { type: "button", "data-pane": "scene", title: "Show the 3D view, or put it away." }, "3D"),
     );
@@ -139,12 +139,6 @@ class Jobs extends HTMLElement {
     const button = make("button", { type: "button", title: hint }, words);
     button.addEventListener("click", act);
     return button;
-  }
-
-  openPlay() {
-    openPart("tools"); // on small screens
-    if (document.documentElement.dataset.mode === "compare") viserPage.openTab(viserPage.tabOf("Picture"));
-    viserPage.openTab(viserPage.tabOf("Source"));
   }
 }
 

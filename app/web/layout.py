@@ -62,7 +62,7 @@ class Layout:
             "redo": lambda client: app.go_back(app.history.redo, "Done again", client),
             "next": lambda client: self.of(SourcePanel).turn(1, client),
             "previous": lambda client: self.of(SourcePanel).turn(-1, client),
-            "play": lambda client: app.sequence.toggle(),
+            "play": lambda client: app.sequence.toggle(client),
         }
         with tabs.add_tab("Settings"):
             self._made[SettingsPanel] = SettingsPanel(app, acts)
@@ -85,7 +85,7 @@ class Layout:
                 wish_to("zip"): lambda wish, client: self.of(ExportPanel).save_all(client),
                 wish_to("compare"): lambda wish, client: self.of(ComparePanel).compare(),
                 wish_to("use", method=str): lambda wish, client: self.of(ComparePanel).use(wish.method, client),
-                wish_to("play"): lambda wish, client: app.sequence.toggle(),
+                wish_to("play"): lambda wish, client: app.sequence.toggle(client),
                 wish_to("goto", frame=int): lambda wish, client: app.sequence.go_to(wish.frame),
                 wish_to("speed", speed=str): lambda wish, client: app.sequence.set_speed(wish.speed),
             }

@@ -83,7 +83,7 @@ def log(page: Page) -> None:
     page.tab("Log")
     page.page.get_by_role("button", name="Start a new session").click()
     page.until(lambda: "Started." in page.page.locator("#experiment").inner_text())
-    page.page.get_by_role("button", name="Take this frame (T)").click()
+    page.page.get_by_role("button", name="Take (T)").click()
     page.page.locator("#experiment-rows tr[data-row='1']").wait_for()
 
 

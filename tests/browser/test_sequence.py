@@ -174,16 +174,22 @@ def test_steps_time_line_and_key(sequence):
 
 
 def test_speed_and_the_end(sequence):
-    sequence.choose("Speed (times)", "4")
+    line(sequence).get_by_label("Speed").select_option("4")
     sequence.until(lambda: sequence.app.sequence.player._speed == 4.0)
     sequence.until(lambda: line(sequence).get_by_label("Speed").input_value() == "4")
     line(sequence).get_by_label("Speed").select_option("2")
     sequence.until(lambda: sequence.app.sequence.player._speed == 2.0)
-    sequence.until(lambda: sequence.box("Speed (times)").input_value() == "2")
     go_to(sequence, 245)
     sequence.press("Play")
     sequence.until(lambda: "frame 250 of 250" in sequence.status)
     sequence.page.get_by_role("button", name="Play", exact=True).wait_for()
+
+
+def test_play_opens_the_first_sequence_where_none_is_open(page):
+    page.page.get_by_role("button", name="Play", exact=True).click()
+    page.until(lambda: page.app.sequence.is_playing and "simulated approach, frame" in page.status)
+    page.choose("Sequence", NONE_CHOSEN)
+    page.page.locator("dockpose-timeline").wait_for(state="hidden")
 
 
 def test_another_picture_closes_the_sequence(sequence):

@@ -38,10 +38,8 @@ class SequencePanel(Panel):
         self.follower: FrameFollower | None = None
         self._courses = itertools.count(1)
         self._course, self._newest = 0, None
-        none, speeds = (NONE_CHOSEN,), tuple(SPEEDS)
-        self._choice = self.add("dropdown", "choice", self._choose, options=none)
-        self._start = self.add("button", "start", self._open_first)
-        self._speed = self.add("dropdown", "speed", lambda client: self.set_speed(self._speed.value), options=speeds)
+        self._speed = "1"
+        self._choice = self.add("dropdown", "choice", self._choose, options=(NONE_CHOSEN,))
         self.gui.add_html('<dockpose-course id="sequence"></dockpose-course>')
         self._camera = LiveControls(app)
         app.live.put(timeline=self._numbers())
@@ -110,8 +108,10 @@ class SequencePanel(Panel):
         """Let a new browser have the whole course so far."""
         self._tell_whole()
 
-    def toggle(self) -> None:
-        """Play, or pause."""
+    def toggle(self, client: Client) -> None:
+        """Play, or pause; where no sequence is open, the first of those that can be."""
+        if self.player is None:
+            self.choose(self.names()[0], client)
         if self.player is not None:
             self.play(not self.player.is_playing)
             self._tell_now()
@@ -124,7 +124,7 @@ class SequencePanel(Panel):
     def set_speed(self, speed: Any) -> None:
         """Play at one of ``SPEEDS``."""
         if speed in SPEEDS:
-            self._speed.value = speed
+            self._speed = speed
             self._set_speed()
             self._tell_now()
 
@@ -149,21 +149,13 @@ class SequencePanel(Panel):
         self._tell_whole()
 
     def _show_choice(self) -> None:
-        player, source, names = self.player, self._source, self.names()
+        source, names = self._source, self.names()
         shown = names if source is None or source.name in names else [*names, source.name]
         offer(self._choice, (NONE_CHOSEN, *shown), NONE_CHOSEN if source is None else source.name)
-        self._start.visible, self._start.label = player is None, f"Play {names[0]}"
-        self._speed.visible = player is not None and not player.frames.is_live
-
-    def _open_first(self, client: Client) -> None:
-        if self.player is None:
-            self.choose(self.names()[0], client)
-            self.play(True)
-            self._tell_now()
 
     def _set_speed(self) -> None:
         if self.player is not None:
-            self.player.set_speed(SPEEDS.get(self._speed.value, 1.0))
+            self.player.set_speed(SPEEDS[self._speed])
 
     def _tell(self, sentence: str) -> None:
         """Report on the source: skipped frames, a stream lost or restored."""
@@ -203,7 +195,7 @@ class SequencePanel(Panel):
             "count": player.frames.count,
             "isLive": player.frames.is_live,
             "isPlaying": player.is_playing,
-            "speed": self._speed.value,
+            "speed": self._speed,
             "speeds": list(SPEEDS),
             "at": at,
             "words": words,

@@ -255,19 +255,5 @@ function ends(numbers) {
   return [step * Math.floor(low / step), step * (Math.floor(high / step) + 1)];
 }
 
-// What the tab Source says of the frame.
-class Course extends HTMLElement {
-  connectedCallback() {
-    this.end = follow("frame", ({ timeline }) => {
-      this.textContent = timeline.words;
-    });
-  }
-
-  disconnectedCallback() {
-    this.end();
-  }
-}
-
 customElements.define("dockpose-timeline", Timeline);
-customElements.define("dockpose-course", Course);
 document.body.append(make("dockpose-timeline"));

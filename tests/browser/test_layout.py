@@ -144,6 +144,7 @@ def test_comparison_fits_as_well(page, resized, size):
 def test_time_line_takes_its_room_from_the_rest(page, resized, size):
     page.tab("Source")
     page.choose("Sequence", "simulated sweep")
+    page.page.mouse.move(0, 0)  # or a hint comes up while it is measured
     resized(size)
     page.until(lambda: page.page.locator("dockpose-timeline").is_visible() and page.app.wait_until_idle(0.1))
     assert box(page, "#root")["bottom"] == box(page, "dockpose-timeline")["top"]

@@ -4,6 +4,7 @@ import itertools
 import math
 import threading
 from collections.abc import Callable
+from html import escape
 from typing import Any
 
 from dockpose.app.inputs.sequences import FrameSource, choices, choose, sent
@@ -40,9 +41,9 @@ class SequencePanel(Panel):
         self._course, self._newest = 0, None
         self._speed = "1"
         self._choice = self.add("dropdown", "choice", self._choose, options=(NONE_CHOSEN,))
-        self.gui.add_html('<dockpose-course id="sequence"></dockpose-course>')
+        self.gui.add_html('<dockpose-live name="sequence" id="sequence"></dockpose-live>')
         self._camera = LiveControls(app)
-        app.live.put(timeline=self._numbers())
+        self._put_numbers()
         self._show_choice()
 
     @property
@@ -134,7 +135,7 @@ class SequencePanel(Panel):
             return
         self._newest = analysis.tracked_frame
         self._camera.show(analysis)
-        self.app.live.put(timeline=self._numbers())
+        self._put_numbers()
         if not self.is_playing:
             self._tell_whole()
 
@@ -171,7 +172,7 @@ class SequencePanel(Panel):
     def _tell_now(self) -> None:
         """Send what changed without a new frame, as that it plays."""
         with self.app.live.held:
-            self.app.live.put(timeline=self._numbers())
+            self._put_numbers()
             self.app.live.send()
 
     def _tell_whole(self) -> None:
@@ -180,14 +181,22 @@ class SequencePanel(Panel):
         step = math.ceil(len(points) / _MOST_POINTS) or 1
         self.app.live.send_aside("course", {"course": self._course, "points": points[::step]})
 
+    def _put_numbers(self) -> None:
+        """Put what the time line draws, and the words on the frame, into the next message."""
+        player, newest = self.player, self._newest
+        words = "No sequence is open. Choose one here, or send a video." if player is None else ""
+        if player is not None and newest is not None:
+            words = sequence_words(newest, player.frames)
+        self.app.live.put_html("sequence", escape(words))
+        self.app.live.put(timeline=self._numbers())
+
     def _numbers(self) -> dict[str, Any]:
         player, source, newest = self.player, self._source, self._newest
         if player is None or source is None:
-            words = "No sequence is open. Choose one here, or send a video."
-            return {"course": self._course, "name": None, "words": words}
-        at, words, points = 0, "", []
+            return {"course": self._course, "name": None}
+        at, points = 0, []
         if newest is not None:
-            at, words = newest.frame.index, sequence_words(newest, player.frames)
+            at = newest.frame.index
             points = course_points(newest.trajectory, max(0, at - _SENT_AGAIN), at)
         return {
             "course": self._course,
@@ -198,7 +207,6 @@ class SequencePanel(Panel):
             "speed": self._speed,
             "speeds": list(SPEEDS),
             "at": at,
-            "words": words,
             "points": points,
         }
 

@@ -46,7 +46,7 @@ class CameraPanel(Panel):
 
     def __init__(self, app: App) -> None:
         super().__init__(app)
-        self._add_card()
+        self._add_main_numbers()
         area = self.gui.add_folder("Camera")
         with area:
             sees = optics.field_of_view_sentence
@@ -80,10 +80,10 @@ class CameraPanel(Panel):
         for name, handle in self._names.items():
             handle.value = optics.index_name(_NAMED_INDICES[name], PORT[name].get(view))
 
-    def _add_card(self) -> None:
+    def _add_main_numbers(self) -> None:
         """What everything hangs on, in sight when the page opens."""
         count = len(LENS) + len(DOCK) + 1
-        self.gui.add_html(f'<dockpose-name-next name="card" count="{count}"></dockpose-name-next>')
+        self.gui.add_html(f'<dockpose-name-next name="main-number" count="{count}"></dockpose-name-next>')
         self.add_sliders(LENS | DOCK, {name: partial(self._with_focal, name) for name in ("fx", "fy")})
         self._lights = self.add(
             "number", "lights", lambda client: self.change(partial(self._with_lights, client), client), max=MAX_LIGHTS

@@ -3,22 +3,19 @@
 "use strict";
 import { make } from "./link.js";
 
-const COLOURS_MS = 1000; // asking what colours are has the page laid out, which a frame need not wait for
-
 export class Flat {
   // `svg` stands where the elements would, so that they are painted in the colours that they would have there.
   constructor(svg) {
     this.svg = svg;
     this.styles = new Map();
-    this.askedAt = -COLOURS_MS;
     this.canvas = make("canvas", { class: "flat", "aria-hidden": "true" });
     this.context = this.canvas.getContext("2d", { willReadFrequently: true });
   }
 
   // Begin anew, in pixels of the page.
   begin(wide, high) {
-    const now = performance.now();
-    if (now - this.askedAt > COLOURS_MS) this.forget(); // the page may have become dark or light
+    if (this.scheme !== viserPage.scheme()) this.forget();
+    this.scheme = viserPage.scheme();
     const scale = window.devicePixelRatio;
     const [width, height] = [Math.round(wide * scale), Math.round(high * scale)];
     if (this.canvas.width !== width || this.canvas.height !== height) {
@@ -32,7 +29,6 @@ export class Flat {
   // Colours may have changed since frames last followed each other.
   forget() {
     this.styles.clear();
-    this.askedAt = performance.now();
   }
 
   paint(elements) {

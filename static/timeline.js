@@ -11,7 +11,6 @@ const LIVE_FRAMES = 600; // of a live source are drawn
 const MARGIN = { left: 52, right: 10, top: 3, bottom: 2 };
 const CHANCE_PX = 10; // height of the lower row
 const MOST_DRAWN = 4000; // points; a longer course is thinned
-const COLOURS_MS = 1000; // asking what colours are has the page laid out
 const FAR = 10; // frames, with Shift
 
 class Timeline extends HTMLElement {
@@ -19,13 +18,14 @@ class Timeline extends HTMLElement {
     this.build();
     this.resizes = new ResizeObserver(() => this.resize());
     this.resizes.observe(this.canvas);
+    viserPage.onScheme(() => this.draw());
     follow("frame", ({ timeline }) => this.take(timeline));
     follow("course", (course) => this.takeCourse(course));
   }
 
   build() {
     [this.now, this.points, this.course, this.pointer] = [null, new Map(), 0, null];
-    [this.size, this.colours, this.askedAt] = [[0, 0], {}, -COLOURS_MS];
+    [this.size, this.colours, this.scheme] = [[0, 0], {}, null];
     const button = (words, hint, act) => {
       const one = make("button", { type: "button", title: hint, "aria-label": words });
       one.addEventListener("click", act);
@@ -166,11 +166,10 @@ class Timeline extends HTMLElement {
     const context = canvas.getContext("2d", { willReadFrequently: true }); // quicker without a graphics card
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, wide, high);
-    const now_ms = performance.now();
-    if (now_ms - this.askedAt > COLOURS_MS) { // the page may have become dark or light
+    if (this.scheme !== viserPage.scheme()) { // asking what colours are has the page laid out
       const style = getComputedStyle(this);
       const named = Object.fromEntries(["--z", "--lost", "--chance"].map((name) => [name, style.getPropertyValue(name).trim()]));
-      [this.askedAt, this.colours] = [now_ms, { ...named, ink: style.color }];
+      [this.scheme, this.colours] = [viserPage.scheme(), { ...named, ink: style.color }];
     }
     const colour = (name) => this.colours[name];
     const [first, last] = this.ends();

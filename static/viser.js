@@ -81,6 +81,9 @@ const viserPage = {
   top: () => document.getElementById("root").offsetTop,
   // What scrolls where a panel is too high; the tab of the picture has such a one, too.
   scrollerOf: (element) => element.closest("[data-dock-region]")?.querySelector("[data-scrollarea-viewport]"),
+  // Whether its page is dark or light, and what is to be done when that changes.
+  scheme: () => document.documentElement.dataset.mantineColorScheme,
+  onScheme: (act) => new MutationObserver(act).observe(document.documentElement, { attributeFilter: ["data-mantine-color-scheme"] }),
   hasDialog: () => [...document.querySelectorAll("[role=dialog], [role=listbox]")].some((one) => one.getClientRects().length > 0),
 };
 

@@ -53,7 +53,7 @@ def main() -> int:
 def picture(page: Page) -> None:
     """The first sample with a tilt."""
     page.app.change(lambda _: open_source(str(sample_path("tilted")), None, None), reload=True)
-    page.tab("Detect")
+    page.tab("Tank")
 
 
 def compare(page: Page) -> None:

@@ -185,6 +185,19 @@ def test_speed_and_the_end(sequence):
     sequence.page.get_by_role("button", name="Play", exact=True).wait_for()
 
 
+def test_time_line_follows_the_dark_at_rest(sequence):
+    brightest = """() => {
+      const canvas = document.querySelector("dockpose-timeline canvas");
+      const { data } = canvas.getContext("2d").getImageData(0, 0, 48, canvas.height); // the words beside it
+      return data.filter((_, at) => at % 4 === 0).reduce((most, one) => Math.max(most, one), 0);
+    }"""
+    sequence.until(lambda: sequence.page.evaluate(brightest) < 100)
+    sequence.page.emulate_media(color_scheme="dark")
+    sequence.until(lambda: sequence.page.evaluate(brightest) > 150)
+    sequence.page.emulate_media(color_scheme="light")
+    sequence.until(lambda: sequence.page.evaluate(brightest) < 100)
+
+
 def test_play_opens_the_first_sequence_where_none_is_open(page):
     page.page.get_by_role("button", name="Play", exact=True).click()
     page.until(lambda: page.app.sequence.is_playing and "simulated approach, frame" in page.status)

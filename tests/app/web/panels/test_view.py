@@ -92,7 +92,10 @@ def test_level_per_light_sends_the_pixels_that_are_kept(tilted):
     np.testing.assert_array_equal(kept, kept_pixels(tilted.view.image, found.estimate).ravel())
     levels = overlay_numbers(found)["levels"]
     assert levels == sorted(levels)
-    pixels, lights = found.estimate.threshold.kept
+    threshold = found.estimate.threshold
+    assert threshold is not None
+    assert threshold.kept is not None
+    pixels, lights = threshold.kept
     assert levels == sorted(int(pixels.level[lights == light].min()) for light in np.unique(lights))
 
 

@@ -14,9 +14,8 @@ export class Flat {
 
   // Begin anew, in pixels of the page.
   begin(wide, high) {
-    const ink = getComputedStyle(this.svg).color;
-    if (ink !== this.ink) this.forget(); // the page became dark or light
-    this.ink = ink;
+    if (this.scheme !== viserPage.scheme()) this.forget();
+    this.scheme = viserPage.scheme();
     const scale = window.devicePixelRatio;
     const [width, height] = [Math.round(wide * scale), Math.round(high * scale)];
     if (this.canvas.width !== width || this.canvas.height !== height) {

@@ -18,7 +18,8 @@ async function decode(picture) {
     next = null;
     const bitmap = new Image(); // from the text itself: a blob's bytes would wait behind all other messages
     bitmap.src = `data:${taken.type};base64,${data}`;
-    await bitmap.decode().then(() => ready({ ...taken, bitmap }), (error) => console.error(error));
+    const loaded = taken.isExact ? bitmap.decode() : new Promise((done, fail) => Object.assign(bitmap, { onload: done, onerror: fail }));
+    await loaded.then(() => ready({ ...taken, bitmap }), (error) => console.error(error));
   }
   isDecoding = false;
 }

@@ -6,9 +6,7 @@ import { follow, make, makeSvg, send } from "./link.js";
 
 const LEVELS = 256;
 const [LEFT, RIGHT] = [52, 34]; // beside the plot: pixels and groups
-const ROOMY = { top: 15, bottom: 15 }; // above and beneath it: votes and levels
-const SMALL = { top: 6, bottom: 2 }; // while a time line has their room
-const SMALL_PX = 60;
+const MARGIN = { top: 15, bottom: 15 }; // above and beneath it: votes and levels
 const ONE = 0.25; // of a decade: how high a single pixel stands, so that it is seen
 const LETTER_PX = 7;
 const GRIP_PX = 16; // to either side of the threshold's line
@@ -16,7 +14,7 @@ const GRIP_PX = 16; // to either side of the threshold's line
 class Histogram extends HTMLElement {
   connectedCallback() {
     if (this.plot === undefined) this.build();
-    this.resizes = new ResizeObserver(() => this.draw());
+    this.resizes = new ResizeObserver(() => this.resize());
     this.resizes.observe(this.plot);
     this.ends = [follow("frame", (frame) => this.take(frame)), follow("methods", (data) => this.takeMethods(data))];
   }
@@ -27,6 +25,8 @@ class Histogram extends HTMLElement {
   }
 
   build() {
+    this.size = [0, 0];
+    [this.levels, this.kept] = [[], 0]; // where each light has a level of its own
     [this.data, this.methods, this.dragged, this.hovered, this.found] = [null, null, null, null, LEVELS];
     this.moving = makeSvg("g"); // the threshold, so that a step of it draws nothing else anew
     this.plot = makeSvg("svg", { class: "plot", role: "img", "aria-label": "histogram of the picture" });
@@ -45,12 +45,19 @@ class Histogram extends HTMLElement {
     this.addEventListener("pointerleave", () => this.hover(null));
   }
 
+  // Asked here alone, for whoever asks while a frame is shown has the page laid out once more.
+  resize() {
+    this.size = [this.plot.clientWidth, this.plot.clientHeight];
+    this.draw();
+  }
+
   take({ overlay, histogram, isPlaying }) {
     const isOther = isPlaying !== this.isPlaying;
     if (isOther) this.flat.forget();
     this.isPlaying = isPlaying;
     this.toggleAttribute("data-playing", isPlaying);
     this.found = overlay.level;
+    [this.levels, this.kept] = [overlay.levels ?? [], (overlay.kept ?? []).reduce((sum, [, length]) => sum + length, 0)];
     if (this.grasped !== true && this.found === this.dragged) this.dragged = null;
     const isNew = histogram !== undefined && histogram.serial !== this.data?.serial;
     if (isNew) this.data = histogram;
@@ -75,6 +82,11 @@ class Histogram extends HTMLElement {
   levelAt(event) {
     const x = event.clientX - this.plot.getBoundingClientRect().left;
     return Math.min(Math.max(Math.floor(((x - LEFT) * LEVELS) / this.wide), 0), LEVELS - 1);
+  }
+
+  // Whether each light has its own level, and nobody drags one for all.
+  get isEach() {
+    return this.levels.length > 0 && this.dragged === null;
   }
 
   get level() {
@@ -129,6 +141,9 @@ class Histogram extends HTMLElement {
     const groups = (data.groups[level] ?? -1) < 0 ? "" : count(data.groups[level], "group");
     if (hovered !== null) {
       this.readout.textContent = `Level ${level}: ${count(data.counts[level], "pixel")}${groups && `; as threshold ${groups}`}`;
+    } else if (this.isEach) {
+      const [first, last] = [this.levels[0], this.levels.at(-1)];
+      this.readout.textContent = `A level for each of ${count(this.levels.length, "light")}, ${first} to ${last}: keeps ${count(this.kept, "pixel")}`;
     } else {
       const kept = data.counts.slice(level).reduce((sum, one) => sum + one, 0);
       this.readout.textContent = `Threshold ${level}: keeps ${count(kept, "pixel")}${groups && ` in ${groups}`}`;
@@ -136,17 +151,14 @@ class Histogram extends HTMLElement {
   }
 
   draw() {
-    const { clientWidth, clientHeight } = this.plot;
-    if (this.data === null || clientWidth === 0) return;
-    [this.wide, this.high] = [clientWidth - LEFT - RIGHT, clientHeight];
-    this.isSmall = clientHeight < SMALL_PX;
-    this.toggleAttribute("data-small", this.isSmall);
-    this.margin = this.isSmall ? SMALL : ROOMY;
+    const [wide, high] = this.size;
+    if (this.data === null || wide === 0) return;
+    [this.wide, this.high] = [wide - LEFT - RIGHT, high];
     const most = Math.max(...this.data.counts, 1);
     this.decades = Math.ceil(2 * Math.log10(most) + 0.2) / 2; // in halves, so that it seldom moves
     this.groupsTop = this.data.groupsTop;
-    this.pointer = makeSvg("path", { d: `M0 ${this.margin.top}V${this.bottom}`, class: "pointer", transform: "translate(-10 0)" });
-    this.parts = [...(this.isSmall ? [] : this.axes()), this.bars(), this.groups(), ...(this.isSmall ? [] : this.votes()), ...this.marks()];
+    this.pointer = makeSvg("path", { d: `M0 ${MARGIN.top}V${this.bottom}`, class: "pointer", transform: "translate(-10 0)" });
+    this.parts = [...this.axes(), this.bars(), this.groups(), ...this.votes(), ...this.marks()];
     this.plot.replaceChildren(...(this.isPlaying ? [] : [...this.parts, this.pointer, this.moving]));
     this.drawLine();
   }
@@ -155,7 +167,7 @@ class Histogram extends HTMLElement {
     if (this.data === null || this.wide === undefined) return;
     const line = this.line();
     if (this.isPlaying) {
-      this.flat.begin(this.plot.clientWidth, this.high);
+      this.flat.begin(...this.size);
       this.flat.paint([...this.parts, ...line]);
     } else this.moving.replaceChildren(...line);
     this.grip.style.left = `${this.x(Math.min(this.level, LEVELS - 1) + 0.5) - GRIP_PX}px`;
@@ -165,25 +177,25 @@ class Histogram extends HTMLElement {
 
   // The base of the bars, from above.
   get bottom() {
-    return this.high - this.margin.bottom;
+    return this.high - MARGIN.bottom;
   }
 
   // Height of a number of pixels, by decades; of a number of groups, evenly.
   y(count) {
     const share = count <= 0 ? 0 : (Math.log10(count) + ONE) / (this.decades + ONE);
-    return this.bottom - share * (this.bottom - this.margin.top);
+    return this.bottom - share * (this.bottom - MARGIN.top);
   }
   yOfGroups(groups) {
-    return this.bottom - Math.min(groups / this.groupsTop, 1) * (this.bottom - this.margin.top);
+    return this.bottom - Math.min(groups / this.groupsTop, 1) * (this.bottom - MARGIN.top);
   }
 
   axes() {
     const parts = [];
-    const step = Math.ceil((9.4 * (this.decades + ONE)) / (this.bottom - this.margin.top)); // decades between two labels
+    const step = Math.ceil((9.4 * (this.decades + ONE)) / (this.bottom - MARGIN.top)); // decades between two labels
     for (let power = 0; power <= this.decades; power += step) {
       const y = this.y(10 ** power);
       parts.push(makeSvg("path", { d: `M${LEFT} ${y}h${this.wide}`, class: "rule" }));
-      const isFree = this.data.peaks.length === 0 || y > this.margin.top + 8; // of the word above
+      const isFree = this.data.peaks.length === 0 || y > MARGIN.top + 8; // of the word above
       if (isFree) parts.push(label(String(10 ** power), LEFT - 5, y + 4, "end"));
     }
     for (const groups of [0, this.groupsTop / 2, this.groupsTop]) {
@@ -240,8 +252,8 @@ class Histogram extends HTMLElement {
       let row = rows.findIndex((taken) => taken.every(([start, end]) => to < start || from > end));
       if (row < 0) row = rows.push([]) - 1;
       rows[row].push([from, to]);
-      const y = this.margin.top + 12 + 13 * row;
-      const mark = makeSvg("g", { "data-method": name, class: "method" }, makeSvg("path", { d: `M${x} ${this.margin.top}V${this.bottom}` }));
+      const y = MARGIN.top + 12 + 13 * row;
+      const mark = makeSvg("g", { "data-method": name, class: "method" }, makeSvg("path", { d: `M${x} ${MARGIN.top}V${this.bottom}` }));
       mark.append(label(name, isLeft ? x - 3 : x + 3, y, isLeft ? "end" : "start"), makeSvg("title", {}, `${name}: level ${level}`));
       parts.push(mark);
     }
@@ -249,9 +261,13 @@ class Histogram extends HTMLElement {
   }
 
   line() {
+    if (this.isEach) {
+      const d = [...new Set(this.levels)].map((level) => `M${this.x(level + 0.5)} ${MARGIN.top - 4}V${this.bottom}`).join("");
+      return [makeSvg("path", { d, class: "threshold each" })];
+    }
     if (this.level >= LEVELS) return [];
     const x = this.x(this.level + 0.5);
-    return [makeSvg("path", { d: `M${x} ${this.margin.top - 4}V${this.bottom}`, class: "threshold" }), makeSvg("path", { d: `M${x - 6} ${this.margin.top - 4}h12l-6 8Z`, class: "handle" })];
+    return [makeSvg("path", { d: `M${x} ${MARGIN.top - 4}V${this.bottom}`, class: "threshold" }), makeSvg("path", { d: `M${x - 6} ${MARGIN.top - 4}h12l-6 8Z`, class: "handle" })];
   }
 }
 

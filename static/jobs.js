@@ -11,10 +11,11 @@ export function wish(what, tries = 50) {
 }
 
 // viser sends what is set last within 50 ms, so that of what is typed fast, as by a gauge, whole boxes may be lost, and a
-// wish as well. So Take sends the boxes' own text, until the program has heard of it, and so does a pause in typing.
-const [SETTLED_MS, AGAIN_MS, MOST_TRIES] = [200, 250, 40];
-const typed = new Set(); // names of boxes
-let settling = 0;
+// wish as well. So Take sends the boxes' own text, until the program has heard of it, and so does a pause in typing. Take
+// waits for what viser still has to send: coming later, that would undo what the program then sets.
+const [SENT_MS, SETTLED_MS, AGAIN_MS, MOST_TRIES] = [60, 200, 250, 40];
+const typed = new Map(); // by names of boxes their text, and the row that it was typed for
+let [settling, typedAt] = [0, -SENT_MS];
 
 // The boxes of the tab Log by their names, while it is open.
 function boxes() {
@@ -22,20 +23,17 @@ function boxes() {
   return new Map(Object.entries(ids).map(([name, id]) => [name, viserPage.boxOf(id)]).filter(([, box]) => box));
 }
 
-function texts(names) {
-  return Object.fromEntries([...boxes()].filter(([name]) => names === null || names.has(name)).map(([name, box]) => [name, box.value]));
-}
-
 function take() {
   clearTimeout(settling);
   typed.clear();
-  const what = { do: "take", boxes: texts(null), number: newNumber() };
-  let [tries, timer] = [0, 0];
+  const texts = Object.fromEntries([...boxes()].map(([name, box]) => [name, box.value]));
+  const what = { do: "take", boxes: texts, number: newNumber() };
+  let tries = 0;
   const send = () => {
     wish(what);
     if ((tries += 1) < MOST_TRIES) timer = setTimeout(send, AGAIN_MS);
   };
-  send();
+  let timer = setTimeout(send, Math.max(0, typedAt + SENT_MS - performance.now()));
   const end = follow("page", ({ taken = [] }) => {
     if (!taken.includes(what.number)) return;
     clearTimeout(timer);
@@ -47,16 +45,21 @@ function take() {
 function settle() {
   clearTimeout(settling);
   settling = setTimeout(() => {
-    const left = [...boxes()].filter(([name, box]) => typed.has(name) && box !== document.activeElement).map(([name]) => name);
-    if (left.length > 0) wish({ do: "typed", boxes: texts(new Set([...left, "target"])) });
-    for (const name of left) typed.delete(name);
+    const left = [...typed].filter(([name]) => boxes().get(name) !== document.activeElement);
+    const target = left.at(-1)?.[1].target;
+    const texts = left.filter(([, one]) => one.target === target).map(([name, { text }]) => [name, text]);
+    if (texts.length > 0) wish({ do: "typed", boxes: { target, ...Object.fromEntries(texts) } });
+    for (const [name] of left) typed.delete(name);
   }, SETTLED_MS);
 }
 for (const kind of ["input", "focusout"]) {
   document.addEventListener(kind, (event) => {
     const found = [...boxes()].find(([, box]) => box === event.target);
     if (found === undefined || found[0] === "target") return;
-    if (kind === "input") typed.add(found[0]);
+    if (kind === "input") {
+      typed.set(found[0], { text: event.target.value, target: boxes().get("target").value });
+      typedAt = performance.now();
+    }
     settle();
   }, true);
 }
@@ -103,7 +106,7 @@ class Jobs extends HTMLElement {
     this.append(
       this.chips, this.words,
       this.button("Take (T)", "Log this frame: a row of the session, on the disk at once. Key: T.", take),
-      this.button("Play", "Open a video or a simulated course, and play it.", () => this.openPlay()),
+      this.button("Play", "Play the first sequence that the tab Source offers. Key: K.", () => wish({ do: "play" })),
       this.button("Everything as ZIP", "Save all that is known of this frame as one ZIP file.", () => wish({ do: "zip" })),
       make("button", { type: "button", "data-pane": "scene", title: "Show the 3D view, or put it away." }, "3D"),
     );
@@ -136,12 +139,6 @@ class Jobs extends HTMLElement {
     const button = make("button", { type: "button", title: hint }, words);
     button.addEventListener("click", act);
     return button;
-  }
-
-  openPlay() {
-    openPart("tools"); // on small screens
-    if (document.documentElement.dataset.mode === "compare") viserPage.openTab(viserPage.tabOf("Picture"));
-    viserPage.openTab(viserPage.tabOf("Play"));
   }
 }
 

@@ -20,6 +20,7 @@ function keepLook() {
   document.cookie = `${LOOK}=${words.join(".")}; SameSite=Strict; Path=/`;
 }
 keepLook();
+document.documentElement.toggleAttribute("data-software", isSoftware); // a line in the tab Settings says so
 prefersDark.addEventListener("change", () => {
   keepLook();
   fetch("/look"); // its own pages are told to take the new colours
@@ -55,13 +56,11 @@ document.addEventListener("DOMContentLoaded", addParts);
 
 // The picture is shown as large as the window lets it, and its histogram has the height that it leaves.
 const LEAST_PICTURE_PX = 190;
-const [LEAST_PLOT_PX, SMALL_PLOT_PX, MOST_PLOT_PX] = [90, 36, 300]; // the least has room for every decade
+const [LEAST_PLOT_PX, MOST_PLOT_PX] = [90, 300]; // the least has room for every decade
 
-// Heights of picture and histogram, where both together may have `free`, and the picture is seen whole at `whole`;
-// while a time line takes its room, the histogram is small.
-function shares(free, whole, isPlayed) {
-  const least = isPlayed ? SMALL_PLOT_PX : LEAST_PLOT_PX;
-  const plot = Math.max(least, Math.min(free - whole, MOST_PLOT_PX));
+// Heights of picture and histogram, where both together may have `free`, and the picture is seen whole at `whole`.
+function shares(free, whole) {
+  const plot = Math.max(LEAST_PLOT_PX, Math.min(free - whole, MOST_PLOT_PX));
   return [Math.max(LEAST_PICTURE_PX, free - plot), plot];
 }
 
@@ -71,9 +70,9 @@ function share(picture) {
   if (!panel || !plot || stage.clientWidth === 0) return; // its tab is closed
   const taken = panel.firstElementChild.offsetHeight - stage.offsetHeight - plot.clientHeight;
   const { width, height } = picture.viewport;
-  const { style, dataset } = document.documentElement;
+  const { style } = document.documentElement;
   const whole = Math.round((stage.clientWidth * height) / width);
-  const [high, low] = shares(panel.clientHeight - taken, whole, "sequence" in dataset);
+  const [high, low] = shares(panel.clientHeight - taken, whole);
   for (const [name, height] of [["--stage-height", `${high}px`], ["--plot-height", `${low}px`]]) {
     if (style.getPropertyValue(name) !== height) style.setProperty(name, height); // it has the whole page styled anew
   }
@@ -147,10 +146,21 @@ function addBar(name) {
 layPanes();
 document.addEventListener("DOMContentLoaded", () => Object.keys(BARS).forEach(addBar));
 
+// While another tab than the first is open, the tools have more of the room, and the 3D view less.
+new MutationObserver(() => {
+  const tool = viserPage.openTool();
+  if (tool !== undefined && tool !== document.documentElement.dataset.tool) document.documentElement.dataset.tool = tool;
+}).observe(document, { subtree: true, attributeFilter: ["aria-selected"] });
+
 // viser makes its panels anew when it connects again, so the picture is looked for whenever the page changes.
 let shared = null;
 const resizes = new ResizeObserver(() => shared !== null && share(shared));
-const redrawn = new MutationObserver(() => share(shared));
+let shape = 0; // of the picture, its width over its height
+const redrawn = new MutationObserver(() => {
+  const { width, height } = shared.viewport;
+  if (width / height !== shape) share(shared);
+  shape = width / height;
+});
 new MutationObserver(() => {
   const picture = document.querySelector("dockpose-picture");
   if (picture === shared || !picture?.viewport) return;
@@ -159,7 +169,7 @@ new MutationObserver(() => {
   redrawn.disconnect();
   const panel = viserPage.scrollerOf(picture);
   for (const part of [panel, panel?.firstElementChild]) if (part) resizes.observe(part);
-  redrawn.observe(picture, { attributeFilter: ["data-drawn"] }); // of another shape, perhaps
+  redrawn.observe(picture, { attributeFilter: ["data-drawn"] });
 }).observe(document, { childList: true, subtree: true });
 
 // viser's groups of controls open and close by a click on their name: here by the keys as well.

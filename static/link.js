@@ -34,10 +34,12 @@ export function hideBoxBefore(element) {
   viserPage.boxBefore(element).hidden = true;
 }
 
-// <dockpose-name-next name="...">: gives what viser has after it a class of that name.
+// <dockpose-name-next name="..." count="...">: gives what viser has after it, one or so many, a class of that name.
 class NameNext extends HTMLElement {
   connectedCallback() {
-    requestAnimationFrame(() => viserPage.boxAfter(this)?.classList.add(this.getAttribute("name")));
+    const [name, count] = [this.getAttribute("name"), Number(this.getAttribute("count") ?? 1)];
+    viserPage.boxAround(this).hidden = true;
+    requestAnimationFrame(() => viserPage.boxesAfter(this, count).forEach((box) => box.classList.add(name)));
   }
 }
 

@@ -14,7 +14,7 @@ async function buttonFor(file, chosen) {
     const isForBoards = chosen !== null && viserPage.isForBoards(chosen);
     const input = isForBoards ? viserPage.inputLike(chosen) : viserPage.uploadInput(isVideo);
     if (input !== null) return input;
-    if (waited === 0) viserPage.openTab(viserPage.tabOf(isForBoards ? "Tank" : "Pictures"));
+    if (waited === 0) viserPage.openTab(viserPage.tabOf(isForBoards ? "Tank" : "Source"));
     await new Promise((next) => setTimeout(next, 50));
   }
   return null;

@@ -3,7 +3,7 @@
 import { follow, make } from "./link.js";
 import { wish } from "./jobs.js";
 
-const HEIGHT_PX = 54;
+const HEIGHT_PX = 48;
 const [INDEX, TIME, Z, CHANCE, STATE] = [0, 1, 2, 3, 4]; // of a point
 const PREDICTED = 1;
 const LOST = 2;
@@ -16,14 +16,16 @@ const FAR = 10; // frames, with Shift
 class Timeline extends HTMLElement {
   connectedCallback() {
     this.build();
-    this.resizes = new ResizeObserver(() => this.draw());
+    this.resizes = new ResizeObserver(() => this.resize());
     this.resizes.observe(this.canvas);
+    viserPage.onScheme(() => this.draw());
     follow("frame", ({ timeline }) => this.take(timeline));
     follow("course", (course) => this.takeCourse(course));
   }
 
   build() {
     [this.now, this.points, this.course, this.pointer] = [null, new Map(), 0, null];
+    [this.size, this.colours, this.scheme] = [[0, 0], {}, null];
     const button = (words, hint, act) => {
       const one = make("button", { type: "button", title: hint, "aria-label": words });
       one.addEventListener("click", act);
@@ -47,6 +49,12 @@ class Timeline extends HTMLElement {
     this.hidden = true;
   }
 
+  // Asked here alone, for whoever asks while a frame is shown has the page laid out once more.
+  resize() {
+    this.size = [this.canvas.clientWidth, this.canvas.clientHeight];
+    this.draw();
+  }
+
   take(now) {
     const isNew = now.course !== this.course;
     if (isNew) [this.course, this.points] = [now.course, new Map()];
@@ -59,8 +67,11 @@ class Timeline extends HTMLElement {
     }
     this.speed.value = now.speed;
     for (const one of [this.back, this.forward, this.speed]) one.hidden = now.isLive;
-    this.play.textContent = now.isPlaying ? "❚❚" : "▶";
-    this.play.setAttribute("aria-label", now.isPlaying ? "Pause" : "Play");
+    if (now.isPlaying !== this.isPlaying) {
+      this.isPlaying = now.isPlaying;
+      this.play.textContent = now.isPlaying ? "❚❚" : "▶";
+      this.play.setAttribute("aria-label", now.isPlaying ? "Pause" : "Play");
+    }
     const point = this.points.get(now.at);
     const time = point?.[TIME] ?? null;
     this.words.textContent = `Frame ${now.at + 1}${now.count === null ? "" : ` of ${now.count}`}${time === null ? "" : ` · ${time.toFixed(2)} s`}`;
@@ -146,7 +157,7 @@ class Timeline extends HTMLElement {
 
   draw() {
     const { canvas, now } = this;
-    const [wide, high] = [canvas.clientWidth, canvas.clientHeight];
+    const [wide, high] = this.size;
     if (now === null || this.hidden || wide === 0) return;
     const ratio = devicePixelRatio;
     if (canvas.width !== Math.round(wide * ratio) || canvas.height !== Math.round(high * ratio)) {
@@ -155,8 +166,12 @@ class Timeline extends HTMLElement {
     const context = canvas.getContext("2d", { willReadFrequently: true }); // quicker without a graphics card
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, wide, high);
-    const style = getComputedStyle(this);
-    const colour = (name) => style.getPropertyValue(name).trim();
+    if (this.scheme !== viserPage.scheme()) { // asking what colours are has the page laid out
+      const style = getComputedStyle(this);
+      const named = Object.fromEntries(["--z", "--lost", "--chance"].map((name) => [name, style.getPropertyValue(name).trim()]));
+      [this.scheme, this.colours] = [viserPage.scheme(), { ...named, ink: style.color }];
+    }
+    const colour = (name) => this.colours[name];
     const [first, last] = this.ends();
     const every = Math.ceil((last - first) / MOST_DRAWN);
     this.stride = Math.max(every, Math.ceil((now.count ?? 0) / MOST_DRAWN));
@@ -168,7 +183,7 @@ class Timeline extends HTMLElement {
     const y = (z) => bottom - ((z - low) / (top - low)) * (bottom - MARGIN.top);
     this.drawFrame(context, colour, { wide, high, bottom, low, top });
     this.drawCourse(context, colour, { points, x, y, high, bottom });
-    context.fillStyle = context.strokeStyle = style.color;
+    context.fillStyle = context.strokeStyle = colour("ink");
     context.lineWidth = 2;
     line(context, x(now.at), 0, x(now.at), high);
     if (this.pointer !== null) {
@@ -183,7 +198,7 @@ class Timeline extends HTMLElement {
     context.strokeStyle = "rgba(128, 128, 128, 0.5)";
     context.lineWidth = 1;
     for (const at of [MARGIN.top, bottom, high - MARGIN.bottom]) line(context, MARGIN.left, at, wide - MARGIN.right, at);
-    context.fillStyle = getComputedStyle(this).color;
+    context.fillStyle = colour("ink");
     context.font = "12px system-ui, sans-serif";
     context.textAlign = "right";
     context.fillText(`${top} cm`, MARGIN.left - 4, MARGIN.top + 8);
@@ -239,19 +254,5 @@ function ends(numbers) {
   return [step * Math.floor(low / step), step * (Math.floor(high / step) + 1)];
 }
 
-// What the tab Play says of the frame.
-class Course extends HTMLElement {
-  connectedCallback() {
-    this.end = follow("frame", ({ timeline }) => {
-      this.textContent = timeline.words;
-    });
-  }
-
-  disconnectedCallback() {
-    this.end();
-  }
-}
-
 customElements.define("dockpose-timeline", Timeline);
-customElements.define("dockpose-course", Course);
 document.body.append(make("dockpose-timeline"));

@@ -35,6 +35,7 @@ const viserPage = {
   tabs: () => [...document.querySelectorAll(TAB)],
   nameOfTab: (tab) => tab.textContent.trim(),
   tabOf: (name) => viserPage.tabs().find((tab) => viserPage.nameOfTab(tab) === name),
+  openTool: () => viserPage.tabs().find((tab) => viserPage.isOpen(tab) && tab.closest("[data-dock-region=right]"))?.textContent.trim(),
   isOpen: (tab) => tab.getAttribute("aria-selected") === "true",
   isInTab: (element) => Boolean(element.closest?.(TAB)),
   openTab(tab) {
@@ -71,11 +72,18 @@ const viserPage = {
   // Elements of our own each stand in a box, one after the other with those of the controls.
   boxAround: (element) => element.parentElement,
   boxBefore: (element) => element.parentElement?.previousElementSibling,
-  boxAfter: (element) => element.parentElement?.nextElementSibling,
+  boxesAfter(element, count) {
+    const all = [...(element.parentElement?.parentElement?.children ?? [])];
+    const at = all.indexOf(element.parentElement) + 1;
+    return all.slice(at, at + count);
+  },
   // Where its panels begin, in pixels from the top of the window.
   top: () => document.getElementById("root").offsetTop,
   // What scrolls where a panel is too high; the tab of the picture has such a one, too.
   scrollerOf: (element) => element.closest("[data-dock-region]")?.querySelector("[data-scrollarea-viewport]"),
+  // Whether its page is dark or light, and what is to be done when that changes.
+  scheme: () => document.documentElement.dataset.mantineColorScheme,
+  onScheme: (act) => new MutationObserver(act).observe(document.documentElement, { attributeFilter: ["data-mantine-color-scheme"] }),
   hasDialog: () => [...document.querySelectorAll("[role=dialog], [role=listbox]")].some((one) => one.getClientRects().length > 0),
 };
 

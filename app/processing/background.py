@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Generic, TypeVar
 
 from dockpose.sources import Frame, Frames
+from dockpose.sources.frames import read_ahead
 
 Item = TypeVar("Item")
 Job = TypeVar("Job")
@@ -177,7 +178,7 @@ class FramePlayer:
                 self._shown(frame)
 
     def _run_recording(self) -> None:
-        ahead, following = None, 0
+        ahead, following, is_read_ahead = None, 0, False
         due_s = time.monotonic()
         while True:
             wanted = self._next_wish()
@@ -186,6 +187,9 @@ class FramePlayer:
             if ahead is None or (wanted is not None and wanted != following):
                 following = following if wanted is None else wanted
                 ahead = self.frames.between(following, 2**31 if self.frames.count is None else self.frames.count)
+                is_read_ahead = False
+            if wanted is None and not is_read_ahead:  # not for a frame that is only looked at
+                ahead, is_read_ahead = read_ahead(ahead), True
             frame = next(ahead, None)
             if frame is None:
                 ahead, self.is_playing = None, False

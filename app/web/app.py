@@ -219,7 +219,6 @@ class App(contextlib.AbstractContextManager["App"]):
         self._looks.slow.discard(client.client_id)
         self._uploads.detach(client)
         self._notices.forget(client)
-        self._layout.of(SettingsPanel).forget(client)
         self._layout.of(StripPanel).count_browsers(len(self.server.get_clients()))
 
     def _work(self, job: View | Frame | None) -> None:

@@ -20,13 +20,12 @@ from dockpose.app.web.panels.view import PicturePanel
 from dockpose.app.web.widgets import Act, App, Panel
 
 PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
-# The tabs beside the picture, and their panels from above; each tab ends with a link to its section of the help.
+# The tabs beside the picture, the first of them open, and their panels from above; each ends with a link to its part
+# of the help.
 TABS: dict[str, tuple[type[Panel], ...]] = {
-    "Pictures": (SourcePanel,),
-    "Tank": (TanksPanel, CameraPanel, CalibrationPanel, BudgetPanel),
+    "Tank": (CameraPanel, TanksPanel, CalibrationPanel, BudgetPanel),
+    "Source": (SourcePanel, SequencePanel, GuidancePanel, SimulatorPanel),
     "Detect": (DetectPanel, PosePanel),
-    "Simulate": (SimulatorPanel,),
-    "Play": (SequencePanel, GuidancePanel),
     "Log": (ExperimentPanel,),
     "Export": (ExportPanel,),
 }
@@ -63,7 +62,7 @@ class Layout:
             "redo": lambda client: app.go_back(app.history.redo, "Done again", client),
             "next": lambda client: self.of(SourcePanel).turn(1, client),
             "previous": lambda client: self.of(SourcePanel).turn(-1, client),
-            "play": lambda client: app.sequence.toggle(),
+            "play": lambda client: app.sequence.toggle(client),
         }
         with tabs.add_tab("Settings"):
             self._made[SettingsPanel] = SettingsPanel(app, acts)
@@ -86,7 +85,7 @@ class Layout:
                 wish_to("zip"): lambda wish, client: self.of(ExportPanel).save_all(client),
                 wish_to("compare"): lambda wish, client: self.of(ComparePanel).compare(),
                 wish_to("use", method=str): lambda wish, client: self.of(ComparePanel).use(wish.method, client),
-                wish_to("play"): lambda wish, client: app.sequence.toggle(),
+                wish_to("play"): lambda wish, client: app.sequence.toggle(client),
                 wish_to("goto", frame=int): lambda wish, client: app.sequence.go_to(wish.frame),
                 wish_to("speed", speed=str): lambda wish, client: app.sequence.set_speed(wish.speed),
             }

@@ -255,7 +255,7 @@ def test_slider_to_overlay_at_1280_x_720(browser, serve, large):
 def test_slider_to_simulated_picture_at_640_x_480(browser, serve):
     """What is rendered anew for each step; told beside the bare page, which renders nothing."""
     with opened(browser, serve()) as page:
-        page.tab("Simulate")
+        page.tab("Source")
         page.box("Dock z (cm)").fill("140")
         page.page.wait_for_timeout(3000)
         keys = keys_ms(page, "Dock z (cm)", MOVES)
@@ -272,7 +272,7 @@ def test_playing_30_frames_a_second(browser, serve, tmp_path, width, height):
     with bare_page(browser, serve(str(width), str(height), str(RATE_HZ), str(PLAYED_FRAMES), bare=True)) as page:
         bare_hz = rate_hz(played(page))
     with opened(browser, serve(*video(tmp_path, width, height))) as page:
-        page.tab("Play")
+        page.tab("Source")
         frames = played(page)
     differ = int((frames[:, 1:] != frames[:, 1:2]).any(axis=1).sum())
     shown = len(np.unique(frames[:, 1]))
@@ -292,7 +292,7 @@ def test_playing_a_film_of_a_photographed_ring(browser, serve, tmp_path):
     rates = {}
     for name in ("five_water", "candle24"):
         with opened(browser, serve(*films.written(data, name, tmp_path, PLAYED_FRAMES))) as page:
-            page.tab("Play")
+            page.tab("Source")
             rates[name] = rate_hz(played(page))
     print("\n" + "; ".join(f"{name} played at {rate:.1f} of 30 frames/s" for name, rate in rates.items()))
     assert min(rates.values()) >= LEAST_FILM_HZ

@@ -24,7 +24,7 @@ EXPECTED_CONSOLE = (
     "net::ERR_FILE_NOT_FOUND",  # a picture (blob:) that viser let go of for a newer one before it was loaded
 )
 LAPTOP = 1366, 768
-TABS = ("Pictures", "Tank", "Detect", "Simulate", "Play", "Export", "Log", "Settings")
+TABS = ("Tank", "Source", "Detect", "Export", "Log", "Settings")
 # Opens the folders that an element is in, the outermost first.
 _UNFOLD = """
 async (one) => {
@@ -111,7 +111,7 @@ def page(opened):
     opened.rest()
     opened.app.change(lambda _: first, reload=True)
     opened.tab("Picture")
-    opened.tab("Pictures")
+    opened.tab("Source")
     opened.page.locator("dockpose-picture .stage").press("Escape")  # lays a tool down
     for button in ("annotated", "fit"):
         opened.page.locator(f"dockpose-picture [data-do={button}]").click()
@@ -151,7 +151,7 @@ class Page:
 
     def open(self):
         self.page.goto(f"{self.app.address}&fixedDpr=0.1")  # the 3D scene costs as little as it can
-        self.page.get_by_role("button", name="Upload pictures").wait_for()
+        self.page.get_by_role("tab", name="Settings", exact=True).wait_for()  # the last that comes
         self.page.locator("#candidates tbody tr").first.wait_for()
 
     def row(self, label):

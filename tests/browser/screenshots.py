@@ -49,7 +49,7 @@ def main() -> int:
 def picture(page: Page) -> None:
     """The first sample with a tilt."""
     page.app.change(lambda _: open_source(str(sample_path("tilted")), None, None), reload=True)
-    page.tab("Detect")
+    page.tab("Tank")
 
 
 def compare(page: Page) -> None:
@@ -79,13 +79,13 @@ def log(page: Page) -> None:
     page.tab("Log")
     page.page.get_by_role("button", name="Start a new session").click()
     page.until(lambda: "Started." in page.page.locator("#experiment").inner_text())
-    page.page.get_by_role("button", name="Take this frame (T)").click()
+    page.page.get_by_role("button", name="Take (T)").click()
     page.page.locator("#experiment-rows tr[data-row='1']").wait_for()
 
 
 def play(page: Page) -> None:
     """An approach of which half has gone by."""
-    page.tab("Play")
+    page.tab("Source")
     page.choose("Sequence", "simulated approach")
     page.page.get_by_role("button", name="Play", exact=True).click()
     page.until(lambda: page.app.view.list_name == "sequence" and int(page.app.view.source.split()[3]) >= 300)

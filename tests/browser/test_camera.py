@@ -4,7 +4,7 @@ from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER
 
 pytestmark = pytest.mark.browser
 TANK = (
-    *("Focal length and image centre", "Lens distortion", "Port and water", "Save, or go back"),
+    *("Lens distortion", "Port and water", "Save, or go back"),
     "Lights that are not evenly spaced",
 )
 

@@ -128,7 +128,7 @@ def test_layers_are_drawn_or_not(page):
 
 def test_zip_has_everything(page):
     page.tab("Export")
-    archive = zipfile.ZipFile(io.BytesIO(page.download("Save all as one ZIP file")[1]))
+    archive = zipfile.ZipFile(io.BytesIO(page.download("Everything as ZIP")[1]))
     assert set(archive.namelist()) == set(WHAT.values())
     for name, is_right in CHECKS.items():
         assert is_right(archive.read(name)), name
@@ -144,7 +144,7 @@ def test_saving_is_stopped(page, monkeypatch):
     page.page.get_by_role("button", name="Save", exact=True).click()
     stop = page.page.get_by_role("button", name="Stop", exact=True)
     stop.wait_for()
-    page.page.get_by_role("button", name="Save all as one ZIP file").click()
+    page.page.get_by_role("button", name="Everything as ZIP").click()
     page.page.get_by_text("Something is being saved already").first.wait_for()
     stop.click()
     stop.wait_for(state="hidden")

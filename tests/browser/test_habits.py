@@ -85,24 +85,12 @@ def test_dark_mode(page):
     page.until(lambda: page.page.evaluate(scheme) == "light")
 
 
-def test_help_over_the_page_and_in_a_tab_of_its_own(page):
-    blur(page)
-    page.page.keyboard.press("h")
-    page.page.get_by_text("Keys work unless you are typing").wait_for()
+def test_each_tab_leads_to_its_part_of_the_help(page):
+    page.tab("Tank")
     with page.page.expect_popup() as popup:
-        page.page.get_by_text("Open it in a tab of its own").dispatch_event("click")
+        page.page.locator("a[href='/help#tank']").dispatch_event("click")
     popup.value.get_by_role("heading", name="Tank", exact=True).wait_for()
     popup.value.close()
-    close_help(page)
-    page.tab("Settings")
-    page.page.get_by_role("button", name="Help (H)").click()
-    page.page.get_by_text("Keys work unless you are typing").wait_for()
-    close_help(page)
-
-
-def close_help(page):
-    page.page.get_by_role("button", name="Close", exact=True).dispatch_event("click")
-    page.page.get_by_text("Keys work unless you are typing").wait_for(state="hidden")
 
 
 def test_settings_are_saved_and_loaded(page):

@@ -29,7 +29,7 @@ def camera(browser, tmp_path, monkeypatch):
         visit(browser, running, accept_downloads=True) as page,
     ):
         page.open()
-        page.tab("Play")
+        page.tab("Source")
         yield page
 
 

@@ -14,11 +14,11 @@ COURSE = "simulated sweep"
 @pytest.fixture
 def sequence(page):
     """A simulated course, on its first frame; nothing is open afterwards."""
-    page.tab("Play")
+    page.tab("Source")
     page.choose("Sequence", COURSE)
     page.until(lambda: f"{COURSE}, frame 1 of 250" in page.status)
     yield page
-    page.tab("Play")
+    page.tab("Source")
     page.choose("Sequence", NONE_CHOSEN)
     page.until(lambda: page.app.sequence.player is None)
 
@@ -174,23 +174,42 @@ def test_steps_time_line_and_key(sequence):
 
 
 def test_speed_and_the_end(sequence):
-    sequence.choose("Speed (times)", "4")
+    line(sequence).get_by_label("Speed").select_option("4")
     sequence.until(lambda: sequence.app.sequence.player._speed == 4.0)
     sequence.until(lambda: line(sequence).get_by_label("Speed").input_value() == "4")
     line(sequence).get_by_label("Speed").select_option("2")
     sequence.until(lambda: sequence.app.sequence.player._speed == 2.0)
-    sequence.until(lambda: sequence.box("Speed (times)").input_value() == "2")
     go_to(sequence, 245)
     sequence.press("Play")
     sequence.until(lambda: "frame 250 of 250" in sequence.status)
     sequence.page.get_by_role("button", name="Play", exact=True).wait_for()
 
 
+def test_time_line_follows_the_dark_at_rest(sequence):
+    brightest = """() => {
+      const canvas = document.querySelector("dockpose-timeline canvas");
+      const { data } = canvas.getContext("2d").getImageData(0, 0, 48, canvas.height); // the words beside it
+      return data.filter((_, at) => at % 4 === 0).reduce((most, one) => Math.max(most, one), 0);
+    }"""
+    sequence.until(lambda: sequence.page.evaluate(brightest) < 100)
+    sequence.page.emulate_media(color_scheme="dark")
+    sequence.until(lambda: sequence.page.evaluate(brightest) > 150)
+    sequence.page.emulate_media(color_scheme="light")
+    sequence.until(lambda: sequence.page.evaluate(brightest) < 100)
+
+
+def test_play_opens_the_first_sequence_where_none_is_open(page):
+    page.page.get_by_role("button", name="Play", exact=True).click()
+    page.until(lambda: page.app.sequence.is_playing and "simulated approach, frame" in page.status)
+    page.choose("Sequence", NONE_CHOSEN)
+    page.page.locator("dockpose-timeline").wait_for(state="hidden")
+
+
 def test_another_picture_closes_the_sequence(sequence):
-    sequence.tab("Pictures")
+    sequence.tab("Source")
     sequence.choose("Sample scene", "turbid")
     sequence.until(lambda: "Dock found in turbid" in sequence.status)
-    sequence.tab("Play")
+    sequence.tab("Source")
     sequence.until(lambda: sequence.box("Sequence").input_value() == NONE_CHOSEN)
     assert "No sequence is open. Choose one here, or send a video" in words(sequence)
 
@@ -207,7 +226,7 @@ def test_video_is_uploaded_and_one_without_a_dock_is_a_result(page, tmp_path):
     page.send("Upload a video", ("tank.avi", video(tmp_path)))
     page.until(lambda: "tank.avi, frame 1 of 4" in page.status)
     assert "No pose" in page.status
-    page.tab("Play")
+    page.tab("Source")
     page.until(lambda: "The dock is lost" in words(page))
     page.choose("Sequence", NONE_CHOSEN)
 

@@ -79,7 +79,7 @@ def test_scene_is_saved_and_loaded(page):
 def test_simulates_with_the_camera_in_use(page):
     page.box("fx (px)").fill("800")
     page.until(lambda: page.app.view.camera.fx == 800)
-    page.tab("Simulate")
+    page.tab("Source")
     page.page.get_by_role("button", name="Use my camera and dock").click()
     page.until(lambda: page.app.view.scene.camera.fx == 800 and "simulated scene" in page.status)
 

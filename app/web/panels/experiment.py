@@ -1,6 +1,5 @@
 """The tab Log: a session on the disk, to which frames are added with what was measured."""
 
-import contextlib
 import json
 import threading
 from collections import deque
@@ -70,17 +69,22 @@ class ExperimentPanel(Panel):
         self.app.attempt(lambda: self._take(client, wish.boxes), client)
 
     def typed(self, wish: Any) -> None:
-        """Take over what was typed in a browser, unless its boxes belong to another row by now."""
-        with self._lock, contextlib.suppress(UserError):
-            if wish.number > max(self._heard, default=0):  # else a frame was taken with it
-                self._take_over(wish.boxes)
+        """Take over what was typed in a browser, for the row that its boxes had then, which may be another by now."""
+        with self._lock:
+            if wish.number <= max(self._heard, default=0):
+                return  # a frame was taken with it
+            row, typed = _row_of(wish.boxes.get("target", "")), _texts_in(wish.boxes)
+            if row == self._chosen_row:
+                self._fields.texts |= typed
+            elif row in self._drafts:
+                self._drafts[row] |= typed
 
     def _take_over(self, boxes: Mapping[str, str]) -> None:
         """Set the boxes to what a browser shows in its own, of which not everything may have come."""
         there, here = boxes.get("target"), target_name(self._chosen_row)
         if boxes and there != here:
             raise UserError(f"The boxes are those of {there} in this browser, and of {here} in the program; try again.")
-        self._fields.texts |= {name: boxes[name] for name in log_rows.BLANK if name in boxes}
+        self._fields.texts |= _texts_in(boxes)
 
     def _add_session(self) -> None:
         self.gui.add_html('<dockpose-name-next name="take-frame"></dockpose-name-next>')
@@ -192,8 +196,7 @@ class ExperimentPanel(Panel):
 
     def _choose_row(self, client: Client) -> None:
         with self._lock:
-            word = str(self._target.value).removeprefix("row ")
-            self._show_row(int(word) if word.isdecimal() else None)
+            self._show_row(_row_of(str(self._target.value)))
 
     def _show_row(self, number: int | None) -> None:
         """Show the boxes of a row, or of the next frame, keeping the draft of the one shown before."""
@@ -284,3 +287,14 @@ class ExperimentPanel(Panel):
 def target_name(number: int | None) -> str:
     """What the boxes belong to, as the drop-down has it."""
     return NEXT_FRAME if number is None else f"row {number}"
+
+
+def _row_of(target: str) -> int | None:
+    """The row that the drop-down names; None for the next frame."""
+    word = target.removeprefix("row ")
+    return int(word) if word.isdecimal() else None
+
+
+def _texts_in(boxes: Mapping[str, str]) -> log_rows.Texts:
+    """Texts by column among what a browser sent."""
+    return {name: boxes[name] for name in log_rows.BLANK if name in boxes}

@@ -1,4 +1,4 @@
-"""The Export tab: one file of what was found, or all of them in a ZIP file."""
+"""The Export tab: one file of what was found; and all of them in a ZIP file, for the button beneath the strip."""
 
 from functools import partial
 
@@ -24,7 +24,7 @@ _WORDS = "Files go to this browser's downloads and hold the picture and the numb
 
 
 class ExportPanel(Panel):
-    """A list of files, the layers of the annotated picture, and two buttons."""
+    """A list of files, and the layers of the annotated picture."""
 
     table = "export"
 
@@ -33,8 +33,6 @@ class ExportPanel(Panel):
         self.gui.add_html(small(_WORDS))
         self._what = self.add("dropdown", "what", options=tuple(WHAT))
         self.add("button", "save", self._save)
-        self._montage = self.add("checkbox", "montage")
-        self.add("button", "save_all", self.save_all)
         self._saver = BackgroundWork(app)
         with self.gui.add_folder("Drawn on the annotated picture", expand_by_default=False):
             self._layers = {
@@ -61,14 +59,12 @@ class ExportPanel(Panel):
 
     def save_all(self, client: Client) -> None:
         """Save everything as one ZIP file, in the downloads of this browser."""
-        analysis, layers, with_montage = self.analysis, self.layers, bool(self._montage.value)
+        analysis, layers = self.analysis, self.layers
         if analysis is None:
             return
 
         def make(progress: Progress) -> bytes:
             files = self._files(analysis, client, layers, progress.silent())
-            if not with_montage:
-                del files["montage.png"]
             try:
                 seen = files["view_3d.png"]()
                 files["view_3d.png"] = lambda: seen

@@ -1,9 +1,10 @@
-"""The tab Play: the sequence that is open, which static/timeline.js draws and steers, and how fast it is played."""
+"""Of the tab Source: the sequence that is open, which static/timeline.js draws and steers, and how fast it plays."""
 
 import itertools
 import math
 import threading
 from collections.abc import Callable
+from html import escape
 from typing import Any
 
 from dockpose.app.inputs.sequences import FrameSource, choices, choose, sent
@@ -38,13 +39,11 @@ class SequencePanel(Panel):
         self.follower: FrameFollower | None = None
         self._courses = itertools.count(1)
         self._course, self._newest = 0, None
-        none, speeds = (NONE_CHOSEN,), tuple(SPEEDS)
-        self._choice = self.add("dropdown", "choice", self._choose, options=none)
-        self._start = self.add("button", "start", self._open_first)
-        self._speed = self.add("dropdown", "speed", lambda client: self.set_speed(self._speed.value), options=speeds)
-        self.gui.add_html('<dockpose-course id="sequence"></dockpose-course>')
+        self._speed = "1"
+        self._choice = self.add("dropdown", "choice", self._choose, options=(NONE_CHOSEN,))
+        self.gui.add_html('<dockpose-live name="sequence" id="sequence"></dockpose-live>')
         self._camera = LiveControls(app)
-        app.live.put(timeline=self._numbers())
+        self._put_numbers()
         self._show_choice()
 
     @property
@@ -110,8 +109,10 @@ class SequencePanel(Panel):
         """Let a new browser have the whole course so far."""
         self._tell_whole()
 
-    def toggle(self) -> None:
-        """Play, or pause."""
+    def toggle(self, client: Client) -> None:
+        """Play, or pause; where no sequence is open, the first of those that can be."""
+        if self.player is None:
+            self.choose(self.names()[0], client)
         if self.player is not None:
             self.play(not self.player.is_playing)
             self._tell_now()
@@ -124,7 +125,7 @@ class SequencePanel(Panel):
     def set_speed(self, speed: Any) -> None:
         """Play at one of ``SPEEDS``."""
         if speed in SPEEDS:
-            self._speed.value = speed
+            self._speed = speed
             self._set_speed()
             self._tell_now()
 
@@ -134,7 +135,7 @@ class SequencePanel(Panel):
             return
         self._newest = analysis.tracked_frame
         self._camera.show(analysis)
-        self.app.live.put(timeline=self._numbers())
+        self._put_numbers()
         if not self.is_playing:
             self._tell_whole()
 
@@ -149,21 +150,13 @@ class SequencePanel(Panel):
         self._tell_whole()
 
     def _show_choice(self) -> None:
-        player, source, names = self.player, self._source, self.names()
+        source, names = self._source, self.names()
         shown = names if source is None or source.name in names else [*names, source.name]
         offer(self._choice, (NONE_CHOSEN, *shown), NONE_CHOSEN if source is None else source.name)
-        self._start.visible, self._start.label = player is None, f"Play {names[0]}"
-        self._speed.visible = player is not None and not player.frames.is_live
-
-    def _open_first(self, client: Client) -> None:
-        if self.player is None:
-            self.choose(self.names()[0], client)
-            self.play(True)
-            self._tell_now()
 
     def _set_speed(self) -> None:
         if self.player is not None:
-            self.player.set_speed(SPEEDS.get(self._speed.value, 1.0))
+            self.player.set_speed(SPEEDS[self._speed])
 
     def _tell(self, sentence: str) -> None:
         """Report on the source: skipped frames, a stream lost or restored."""
@@ -179,7 +172,7 @@ class SequencePanel(Panel):
     def _tell_now(self) -> None:
         """Send what changed without a new frame, as that it plays."""
         with self.app.live.held:
-            self.app.live.put(timeline=self._numbers())
+            self._put_numbers()
             self.app.live.send()
 
     def _tell_whole(self) -> None:
@@ -188,14 +181,22 @@ class SequencePanel(Panel):
         step = math.ceil(len(points) / _MOST_POINTS) or 1
         self.app.live.send_aside("course", {"course": self._course, "points": points[::step]})
 
+    def _put_numbers(self) -> None:
+        """Put what the time line draws, and the words on the frame, into the next message."""
+        player, newest = self.player, self._newest
+        words = "No sequence is open. Choose one here, or send a video." if player is None else ""
+        if player is not None and newest is not None:
+            words = sequence_words(newest, player.frames)
+        self.app.live.put_html("sequence", escape(words))
+        self.app.live.put(timeline=self._numbers())
+
     def _numbers(self) -> dict[str, Any]:
         player, source, newest = self.player, self._source, self._newest
         if player is None or source is None:
-            words = "No sequence is open. Choose one here, or send a video in Pictures."
-            return {"course": self._course, "name": None, "words": words}
-        at, words, points = 0, "", []
+            return {"course": self._course, "name": None}
+        at, points = 0, []
         if newest is not None:
-            at, words = newest.frame.index, sequence_words(newest, player.frames)
+            at = newest.frame.index
             points = course_points(newest.trajectory, max(0, at - _SENT_AGAIN), at)
         return {
             "course": self._course,
@@ -203,10 +204,9 @@ class SequencePanel(Panel):
             "count": player.frames.count,
             "isLive": player.frames.is_live,
             "isPlaying": player.is_playing,
-            "speed": self._speed.value,
+            "speed": self._speed,
             "speeds": list(SPEEDS),
             "at": at,
-            "words": words,
             "points": points,
         }
 

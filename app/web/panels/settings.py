@@ -1,4 +1,4 @@
-"""Undo and redo, settings files, dark mode, the help and the steps of a first visit."""
+"""Undo and redo, settings files, dark mode and the steps of a first visit."""
 
 import json
 from collections.abc import Mapping
@@ -8,11 +8,10 @@ import viser
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
 from dockpose.app.state.preferences import settings_file, with_settings_file
-from dockpose.app.web.html import help_anchor, help_link
-from dockpose.app.web.server.pages import help_body
-from dockpose.app.web.server.viser_private import Modal
+from dockpose.app.web.html import help_link, small
 from dockpose.app.web.widgets import Act, App, Client, Panel, on_person
 
+_SOFTWARE = "This browser has no graphics card to draw with: the 3D view turns slowly, and rests while frames play."
 _STEPS_AGAIN = '<div class="steps-again"><button type="button" data-steps-again>Show the first steps</button></div>'
 
 
@@ -24,7 +23,6 @@ class SettingsPanel(Panel):
     def __init__(self, app: App, acts: Mapping[str, Act]) -> None:
         super().__init__(app)
         self._memory = app.memory
-        self._cards: dict[int, Modal] = {}
         area = self.gui.add_folder(None)
         with area:
             back = self.add("button_group", "back", lambda client: acts[back.value.lower()](client))
@@ -32,10 +30,10 @@ class SettingsPanel(Panel):
             self._dark = self.add("checkbox", "dark", lambda client: set_dark(self._dark.value), initial_value=dark)
             self.add_download("save", "settings.yaml", settings_file)
             self.gui.add_html(help_link("page"))
-            self.add("button", "help", self.show_help)
             self.gui.add_html(_STEPS_AGAIN)
+            self.gui.add_html(small(_SOFTWARE, 'class="software"'))
         self.add_upload(area, "load", self.changing_by_file(with_settings_file))
-        own: dict[str, Act] = {"dark": lambda client: self._set_dark(not self._dark.value), "help": self.show_help}
+        own: dict[str, Act] = {"dark": lambda client: self._set_dark(not self._dark.value)}
         for name, act in {**acts, **own}.items():
             on_person(self.gui.add_command(**self.said["commands"][name]).on_trigger, act)
         if self._memory.now.dark is not None:  # else each browser has its own, which what all are sent could follow
@@ -45,26 +43,6 @@ class SettingsPanel(Panel):
         """Remember picture, settings and My tank for the next start."""
         self._memory.keep_picture(analysis.view)
         self._memory.change(settings=analysis.view.settings, tank=analysis.view.tank)
-
-    def show_help(self, client: Client) -> None:
-        """Show the help over the page of one browser."""
-        self._close_help(client)
-        card = client.gui.add_modal("Help")
-        self._cards[client.client_id] = card
-        with card:
-            button = client.gui.add_button("Close")
-            link = help_anchor("Open it in a tab of its own")
-            client.gui.add_html(f'<div style="padding: 0 0.75em">{link}{help_body()}</div>')
-        on_person(button.on_click, self._close_help)
-
-    def forget(self, client: Client) -> None:
-        """Forget the help of a browser that left."""
-        self._cards.pop(client.client_id, None)
-
-    def _close_help(self, client: Client) -> None:
-        card = self._cards.pop(client.client_id, None)
-        if card is not None:
-            card.close()
 
     def follow(self, client: Client, is_dark: bool) -> None:
         """Give one browser the colours of its system, unless somebody chose them here."""

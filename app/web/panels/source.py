@@ -1,4 +1,4 @@
-"""The tabs Pictures and Simulate: a sample, an upload, a file of a folder on this machine, or a simulated scene."""
+"""Of the tab Source: a sample, an upload, a file of a folder on this machine, or a simulated scene."""
 
 from functools import partial
 from html import escape
@@ -144,7 +144,7 @@ class SimulatorPanel(Panel):
 
     def __init__(self, app: App) -> None:
         super().__init__(app)
-        area, shown = self.gui.add_folder(None), partial(self.changing, reload=False)
+        area, shown = self.gui.add_folder("Simulate", expand_by_default=False), partial(self.changing, reload=False)
         with area:
             with self.gui.add_folder("Pose of the dock"):
                 self.add_sliders(SCENE_POSE)

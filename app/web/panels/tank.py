@@ -46,15 +46,12 @@ class CameraPanel(Panel):
 
     def __init__(self, app: App) -> None:
         super().__init__(app)
-        with self.gui.add_folder("Dock"):
-            self._add_dock()
+        self._add_main_numbers()
         area = self.gui.add_folder("Camera")
         with area:
             sees = optics.field_of_view_sentence
             app.live.place("field-of-view", lambda analysis: small(escape(sees(analysis.view.camera))), order=2)
-            with self.gui.add_folder("Focal length and image centre", expand_by_default=False, order=3):
-                self.add_sliders(LENS, {name: partial(self._with_focal, name) for name in ("fx", "fy")})
-                self._lock = self.add("checkbox", "lock", self.changing(self._with_lock))
+            self._lock = self.add("checkbox", "lock", self.changing(self._with_lock), order=3)
             with self.gui.add_folder("Lens distortion", expand_by_default=False, order=4):
                 self.add_sliders(DISTORTION)
             with_tone = self.changing(lambda view: optics.with_tone(view, str(self._tone.value)))
@@ -67,6 +64,7 @@ class CameraPanel(Panel):
                 kind = self.add("dropdown", "format", options=FORMATS)
                 self.add_download("save", "camera.yaml", lambda view: optics.camera_file(view.camera, kind.value))
         self.add_upload(area, "load", self.changing_by_file(optics.with_camera_file))
+        self._add_spacing()
 
     def load(self, view: View) -> None:
         """Set the sliders' ranges and values."""
@@ -82,11 +80,16 @@ class CameraPanel(Panel):
         for name, handle in self._names.items():
             handle.value = optics.index_name(_NAMED_INDICES[name], PORT[name].get(view))
 
-    def _add_dock(self) -> None:
-        self.add_sliders(DOCK)
+    def _add_main_numbers(self) -> None:
+        """What everything hangs on, in sight when the page opens."""
+        count = len(LENS) + len(DOCK) + 1
+        self.gui.add_html(f'<dockpose-name-next name="main-number" count="{count}"></dockpose-name-next>')
+        self.add_sliders(LENS | DOCK, {name: partial(self._with_focal, name) for name in ("fx", "fy")})
         self._lights = self.add(
             "number", "lights", lambda client: self.change(partial(self._with_lights, client), client), max=MAX_LIGHTS
         )
+
+    def _add_spacing(self) -> None:
         uneven = self.gui.add_folder("Lights that are not evenly spaced", expand_by_default=False)
         with uneven, self.gui.add_form(None) as spacing:
             set_angles = self.changing(lambda view: with_angles(view, self._angles.value))

@@ -124,9 +124,11 @@ def picture_data(image: np.ndarray, serial: int, is_exact: bool) -> dict[str, An
 def lights_numbers(found: Estimate) -> dict[str, Any]:
     """Return what is drawn of the lights, whichever the poses."""
     outline, threshold = geometry.outline(found), found.threshold
+    kept = None if threshold is None else threshold.kept
     return {
         "level": LEVELS if threshold is None else threshold.level,
-        "kept": None if threshold is None or threshold.kept is None else runs(threshold.kept[0].index),
+        "kept": None if kept is None else runs(kept[0].index),
+        "levels": None if kept is None else levels_of_lights(kept[0].level, kept[1]),
         "groups": _groups(found),
         "outline": None if outline is None else _points(outline[::_OUTLINE_STEP]),
         "small": None if found.markers is None else [found.markers.dropped, found.settings.min_area_px],
@@ -187,6 +189,13 @@ def _groups(found: Estimate) -> list[dict[str, Any]]:
     places = _points(found.markers.points_px), radii, geometry.on_ring(found).tolist()
     parts = zip(*places, labels, _points(outward), found.markers.boxes_px.astype(int).tolist(), strict=True)
     return [dict(zip(_GROUP, part, strict=True)) for part in parts]
+
+
+def levels_of_lights(levels: np.ndarray, lights: np.ndarray) -> list[int]:
+    """Return the level of each light, in order: the lowest of its pixels' (n,), by the light (n,) that each is of."""
+    lowest = np.full(int(lights.max(initial=-1)) + 1, LEVELS)
+    np.minimum.at(lowest, lights, levels)
+    return np.sort(lowest[lowest < LEVELS]).tolist()
 
 
 def runs(indices: np.ndarray) -> list[list[int]]:

@@ -22,8 +22,8 @@ _DIRECTIONS = {
 }
 _FOV_RAD = math.radians(50)
 _ASPECT = 1.9  # width to height of the 3D view on a small laptop
-_SIDEWAYS, _DOWN = 0.84, 0.85  # of half the view, for what is shown: labels need the rest
-_UP_WIDE, _UP_TALL = 0.48, 0.8  # and buttons, which take more of a low one
+_SIDEWAYS, _DOWN = 0.77, 0.85  # of half the view, for what is shown: labels need the rest
+_LEAST_UP, _MOST_UP, _BUTTONS = 0.4, 0.8, 0.22  # and buttons, which take more of a low one
 _MOVED = 0.01  # of the distance to what is looked at: less is rounding
 _FARTHER = 1.6  # times the distance that would do: from there the scene is small
 _RESHAPED = 1.05
@@ -92,7 +92,8 @@ def _nearest(corners: np.ndarray, direction: np.ndarray, aspect: float) -> tuple
         return shift, above - shift / high
 
     across, least = along(right, *[_SIDEWAYS * half_up * aspect] * 2)
-    upwards, least_up = along(up, _DOWN * half_up, (_UP_WIDE if aspect > 1 else _UP_TALL) * half_up)
+    share_up = min(max(1 - _BUTTONS * aspect, _LEAST_UP), _MOST_UP)
+    upwards, least_up = along(up, _DOWN * half_up, share_up * half_up)
     to_right, to_up = _axes(direction)
     return across * to_right + upwards * to_up, max(least, least_up)
 

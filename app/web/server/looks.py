@@ -59,8 +59,8 @@ class UpdatePacing:
         now_s = self.clock()
         if self.is_playing() and now_s < self.due_s:
             return False
-        # After a late frame the next may come sooner, by half of that, which a browser still draws by itself.
-        self.due_s = max(self.due_s, now_s - FRAME_EVERY_S / 2) + FRAME_EVERY_S
+        # After a late frame the next may come at once: a browser draws twice as often as that.
+        self.due_s = max(self.due_s, now_s - FRAME_EVERY_S) + FRAME_EVERY_S
         return True
 
     def hides_scene(self) -> bool:

@@ -53,12 +53,6 @@ def help_page() -> str:
     return _text("help.html").replace(_STUDY, _text("study.html"))
 
 
-def help_body() -> str:
-    """The main part of the help page, to be shown within another page."""
-    html = help_page()
-    return html[html.index("<main>") : html.index("</main>") + len("</main>")]
-
-
 def with_ours(html: str) -> str:
     """Give viser's page our name, icon, style and scripts."""
     html = re.sub(r"<title>[^<]*</title>", "<title>dockpose</title>", html, count=1)

@@ -23,10 +23,8 @@ import viser
 import websockets.asyncio.server as websocket_server
 from viser import _icons as icons
 from viser import _messages as messages
-from viser._gui_handles import GuiModalHandle
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 
-Modal: TypeAlias = GuiModalHandle  # replaced by: its name among viser's public ones
 StartUpload: TypeAlias = "messages.FileTransferStartUpload"
 UploadPart: TypeAlias = "messages.FileTransferPart"
 

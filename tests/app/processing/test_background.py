@@ -254,6 +254,22 @@ def test_slow_screen_loses_no_frame(play, screen):
     assert screen.shown == [0, 1, 2, 3, 4]
 
 
+def test_frames_are_read_ahead_while_it_plays_and_not_while_it_is_at_rest(begun, screen):
+    frames, read = Numbers(20), []
+    make = frames._frame
+    frames._frame = lambda number: (read.append(number), make(number))[1]
+    player = begun(frames)
+    player.go_to(7)
+    until(lambda: screen.shown == [0, 7])
+    assert read == [0, 7]
+    screen.may_go.clear()
+    player.play()
+    until(lambda: len(read) >= 5)  # while the first of them is held up
+    screen.may_go.set()
+    until(lambda: screen.ends == 1)
+    assert screen.shown == [0, *range(7, 20)]
+
+
 def test_it_goes_where_it_is_told_or_to_the_nearest_end_and_plays_on_from_there(begun, screen):
     player = begun(Numbers(20))
     for wanted, expected in ((1000, 19), (-7, 0), (17, 17)):

@@ -135,6 +135,27 @@ def test_what_is_taken_is_what_is_shown(panel):
     assert panel.panel._rows()[0].status == "no_lights"
 
 
+def test_what_is_typed_goes_to_the_row_it_was_typed_for(panel):
+    page = panel.panel
+    page.show(analyse(open_source(None, None, None)))
+    page.take(panel.client)
+
+    def typed(target, **texts):
+        page.typed(SimpleNamespace(number=1, boxes={"target": target, **texts}))
+
+    page._show_row(1)
+    typed("the next frame", measured_z_cm="99")
+    assert page._fields.texts == BLANK
+    typed("row 1", measured_z_cm="109")
+    typed("row 7", measured_z_cm="1")  # which there is none
+    assert page._fields.texts == BLANK | {"measured_z_cm": "109"}
+    page._show_row(None)
+    assert page._fields.texts == BLANK | {"measured_z_cm": "99"}
+    page._heard.append(2)
+    typed("the next frame", measured_z_cm="5")  # a frame was taken with it
+    assert page._fields.texts["measured_z_cm"] == "99"
+
+
 def test_measured_pose_fills_boxes_once_and_distance_stays(panel):
     analysis = analyse(open_source(None, None, None))
     pose = MeasuredPose(0, 0, 120, 1, 2)

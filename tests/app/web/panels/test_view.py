@@ -90,6 +90,18 @@ def test_level_per_light_sends_the_pixels_that_are_kept(tilted):
     for first, number in overlay_numbers(found)["kept"]:
         kept[first : first + number] = True
     np.testing.assert_array_equal(kept, kept_pixels(tilted.view.image, found.estimate).ravel())
+    levels = overlay_numbers(found)["levels"]
+    assert levels == sorted(levels)
+    threshold = found.estimate.threshold
+    assert threshold is not None
+    assert threshold.kept is not None
+    pixels, lights = threshold.kept
+    assert levels == sorted(int(pixels.level[lights == light].min()) for light in np.unique(lights))
+
+
+def test_lowest_pixel_of_each_light_is_its_level():
+    assert shown.levels_of_lights(np.array([90, 40, 50, 60]), np.array([2, 0, 2, 0])) == [40, 50]
+    assert shown.levels_of_lights(np.array([], int), np.array([], int)) == []
 
 
 def test_runs_of_consecutive_numbers():

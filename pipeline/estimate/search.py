@@ -13,18 +13,18 @@ from dockpose.camera.camera import Camera
 from dockpose.camera.image import darkest_channel
 from dockpose.camera.tone import linear, linear_level
 from dockpose.dock import Dock
+from dockpose.estimate.found import EXACT_OF_AXIS, LITTLE_CHANCE, NO_CHANCE, Found
 from dockpose.estimate.result import Estimate
-from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, LEAST_PX
 from dockpose.lights.colours import tell_colours
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError
-from dockpose.lights.growing import distances
 from dockpose.lights.markers import Markers, find_markers, with_fitted_centres
 from dockpose.lights.polygon import FIRST_POINTS
 from dockpose.lights.region import ring_in
 from dockpose.lights.ring import Ring
 from dockpose.pixels.bright import SATURATED
 from dockpose.pose.choice import Choice
-from dockpose.pose.detection import detection_of, few_in_words, found_in_words, judged, spaced_alone, why_no_lights
+from dockpose.pose.detection import detection_of, few_in_words, found_in_words, judged, spaced_alone
+from dockpose.pose.strokes import why_no_lights
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, hats_local, histogram_of
 from dockpose.thresholds.outlines import by_outlines
@@ -32,13 +32,6 @@ from dockpose.thresholds.scales import at_scales
 
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
 LIKELY_RANGE_M = 1.0
-# Lights so near their places, so many of them, and so sure not to be chance leave other thresholds little to better:
-# half a pixel is more than noise does to a centre. Of a dock that is built less exactly another is looked at, too; one
-# that shows it to a hundredth of the radius, half of what docks are built to, will do.
-_EXACT_PX, _EXACT_OF_AXIS, _MOST_OF, _NO_CHANCE = 0.5, 0.01, 0.75, math.log(1e-6)
-# What is accepted among others, over ten: about so many scales are looked at, each with points of its own. Four lights
-# are hardly ever surer than that.
-_LITTLE_CHANCE = math.log(ACCEPTED_AMONG_OTHERS / 10)
 _CLEAR = 3  # looks in which rings are sought that hands have built
 _IN_WHITE = " It shows where the picture is white, in the darkest of its colour channels."
 _LIGHTS_OF = attrgetter("lights", "angles_deg", "colours", "offsets_m")
@@ -94,62 +87,7 @@ def search(
     return best.status, best.message + own, best.stages | {"in_white": white}
 
 
-@dataclass(frozen=True)
-class _Found:
-    """How far the search came with one threshold."""
-
-    status: str
-    message: str
-    stages: dict[str, Any]
-    log_chance: float = math.inf  # of the ring, if there is one
-
-    def is_exact(self, of_axis: float = 0.0) -> bool:
-        """Whether nearly all lights are there, where they should be, within a share of the major semi-axis."""
-        if self.status != "ok":
-            return False
-        ring, ellipse, choice = self.stages["ring"], self.stages["ellipse"], self.stages["choice"]
-        count, rms_px = int(ring.on_ring.sum()), choice.candidates[choice.selected].rms_px or 0.0
-        least = min(MIN_POINTS, ring.lights or MIN_POINTS)
-        if self.log_chance > (_NO_CHANCE if least == MIN_POINTS else _LITTLE_CHANCE):
-            return False
-        complete = count >= max(least, _MOST_OF * (ring.lights or count))
-        return complete and rms_px <= max(_EXACT_PX, of_axis * ellipse.semi_axes_px[0])
-
-    def has_no_ring_in(self, markers: Markers) -> bool:
-        """Whether no ring was found among lights that are these, to what is known of any centre."""
-        own = self.stages.get("markers")
-        if self.status != "not_a_ring" or own is None or "ring" not in self.stages or len(own) != len(markers):
-            return False
-        return float(distances(markers.points_px, own.points_px).min(axis=1).max()) < LEAST_PX
-
-    def knows_better(self, other: "_Found") -> bool:
-        """Whether another look has these lights, worse known, no nearer to an ellipse: if more even, then by luck."""
-        if self.status != "ok" or other.status != "ok":
-            return False
-        own, others = (one.stages["markers"].part(one.stages["ring"].on_ring) for one in (self, other))
-        off_px = distances(own.points_px, others.points_px).min(axis=1)
-        is_same = len(own) == len(others) and bool((math.pi * off_px**2 < own.areas_px).all())
-        is_nearer = self.stages["ellipse"].rms_px > other.stages["ellipse"].rms_px + LEAST_PX
-        return is_same and not is_nearer and max(_worst_px2(own), LEAST_PX**2) < _worst_px2(others)
-
-    def rank(self) -> tuple[bool, bool, bool, float]:
-        """A ring of five lights or more before one of fewer, any before none, and the least likely to be chance.
-
-        Of thresholds that show none, one is best that shows all lights, if not where they should be.
-        """
-        ring, found = self.stages.get("ring"), self.status == "ok"
-        lights = 0 if ring is None else int(ring.on_ring.sum())
-        is_whole = ring is not None and ring.lights is not None and lights >= max(ring.lights, MIN_POINTS)
-        return found and lights >= MIN_POINTS, found, is_whole, -self.log_chance
-
-
-def _worst_px2(lights: Markers) -> float:
-    """Variance, along both axes together, of the centre that is known worst; inf where nothing is known of one."""
-    known_px2 = lights.covariances_px2
-    return math.inf if known_px2 is None else float(np.nan_to_num(np.trace(known_px2.T), nan=math.inf).max())
-
-
-def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> _Found | None:
+def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Found | None:
     """What the darkest channel shows, as a sure ring or not at all; None of a picture without colours."""
     grey = darkest_channel(picture.image)
     if grey is None:
@@ -162,10 +100,10 @@ def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Set
     found = _search_with(threshold, white, camera, dock, settings)
     if not found.is_exact():
         found = _search_by_light(found, white, camera, dock, settings)
-    return found if found.status == "ok" and found.log_chance < _LITTLE_CHANCE else None
+    return found if found.status == "ok" and found.log_chance < LITTLE_CHANCE else None
 
 
-def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> _Found:
+def _search_by_light(first: Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Found:
     """The best of what one level shows, and of what each light's own level, each scale and each outline do."""
     best, looks = first, [first]
     for other, least in _other_looks(picture.histogram, settings, dock, looks):
@@ -175,20 +113,20 @@ def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock
         looks.append(found)
         may_be_it = found.status != "ok" or found.log_chance < least
         if may_be_it and not best.knows_better(found):  # a builder's errors are no reason for a blurred look
-            best = max(best, found, key=_Found.rank)
-        if best.is_exact(_EXACT_OF_AXIS):
+            best = max(best, found, key=Found.rank)
+        if best.is_exact(EXACT_OF_AXIS):
             break
-    clear = [] if best.is_exact(_EXACT_OF_AXIS) else list(_clear(looks))
+    clear = [] if best.is_exact(EXACT_OF_AXIS) else list(_clear(looks))
     other = _of_another_number(clear, picture, camera, dock, settings)
     if other is not None and other.log_chance < best.log_chance:
         return other
     made = [_search_with(one, picture, camera, dock, settings, handmade=True) for one in clear if best.status != "ok"]
-    return max([best, *made], key=_Found.rank)
+    return max([best, *made], key=Found.rank)
 
 
 def _of_another_number(
     thresholds: Sequence[Threshold], picture: Picture, camera: Camera, dock: Dock, settings: Settings
-) -> _Found | None:
+) -> Found | None:
     """A whole ring of even lights, beyond chance, of another number than the dock's; None where there is none."""
     if dock.lights is None or dock.angles_deg or dock.offsets_m:
         return None
@@ -198,27 +136,28 @@ def _of_another_number(
         ring = found.stages.get("ring")
         if found.status != "ok" or ring is None or ring.lights in (None, dock.lights) or ring.focal_px is not None:
             continue
-        if int(ring.on_ring.sum()) == ring.lights and found.log_chance < _NO_CHANCE:
+        if int(ring.on_ring.sum()) == ring.lights and found.log_chance < NO_CHANCE:
             seen = f"{ring.lights} evenly spaced lights are in view; the dock has {dock.lights}: is that right?"
             nothing = Ring(np.zeros_like(ring.on_ring), seen, lights=ring.lights)
             kept = {name: found.stages[name] for name in ("threshold", "markers")}
-            return _Found("not_a_ring", seen, kept | {"ring": nothing}, found.log_chance)
+            return Found("not_a_ring", seen, kept | {"ring": nothing}, found.log_chance)
     return None
 
 
-def _clear(looks: Sequence[_Found]) -> Iterator[Threshold]:
+def _clear(looks: Sequence[Found]) -> Iterator[Threshold]:
     """The thresholds of the first looks that show so few groups that these may be a dock's lights, each of others."""
-    clear: list[_Found] = []
+    clear: list[Found] = []
     for look in looks:
         markers = look.stages.get("markers")
-        is_clear = markers is not None and MIN_POINTS <= len(markers) <= FIRST_POINTS
-        if is_clear and len(clear) < _CLEAR and not any(one.has_no_ring_in(markers) for one in clear):
+        if markers is None or len(clear) == _CLEAR or not MIN_POINTS <= len(markers) <= FIRST_POINTS:
+            continue
+        if not any(one.has_no_ring_in(markers) for one in clear):
             clear.append(look)
             yield look.stages["threshold"]
 
 
 def _other_looks(
-    histogram: Histogram, settings: Settings, dock: Dock, looks: Sequence[_Found]
+    histogram: Histogram, settings: Settings, dock: Dock, looks: Sequence[Found]
 ) -> Iterator[tuple[Threshold, float]]:
     """Thresholds but that of one level, and log of the chance above which a ring of each is none; ``looks`` grow.
 
@@ -228,11 +167,11 @@ def _other_looks(
     """
     yield hats_local(histogram, settings.min_area_px), math.inf
     for scale in at_scales(histogram, settings.min_area_px):
-        yield scale, _LITTLE_CHANCE
-    is_sure = any(one.status == "ok" and one.log_chance < _LITTLE_CHANCE for one in looks)
+        yield scale, LITTLE_CHANCE
+    is_sure = any(one.status == "ok" and one.log_chance < LITTLE_CHANCE for one in looks)
     if dock.lights is not None and not is_sure and any(one.status != "no_lights" for one in looks):
         for outlined in by_outlines(histogram, settings.min_area_px):
-            yield outlined, _NO_CHANCE
+            yield outlined, NO_CHANCE
 
 
 def _search_with(
@@ -244,13 +183,13 @@ def _search_with(
     *,
     of_few: bool = True,
     handmade: bool = False,
-    looks: Sequence[_Found] = (),
-) -> _Found:
+    looks: Sequence[Found] = (),
+) -> Found:
     """What is found from one threshold on, a ring of few lights only if asked for; ``looks`` came before it."""
     status, message, stages = _find_lights(picture, threshold, camera, dock, settings, of_few, handmade, looks)
     if status != "ok":
-        return _Found(status, message, stages)
-    return _Found(*judge_ring(picture, camera, dock, stages))
+        return Found(status, message, stages)
+    return Found(*judge_ring(picture, camera, dock, stages))
 
 
 def judge_ring(
@@ -287,7 +226,7 @@ def _find_lights(
     settings: Settings,
     of_few: bool,
     handmade: bool,
-    looks: Sequence[_Found],
+    looks: Sequence[Found],
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages from the threshold to the ring."""
     like, ring = picture.like, None

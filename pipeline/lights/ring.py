@@ -9,20 +9,19 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.lights.chance import ACCEPTED, LEAST_CROWD, LEAST_PX, MOST_LIGHTS, NUMBERS, Candidate, Scene, accepted
-from dockpose.lights.conics import LEAST_LIGHTS, polygons_on_ellipses
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
+from dockpose.lights.exact import candidates_from, exact_rings, is_even, places_of
 from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX, distances
 from dockpose.lights.handmade import handmade_rings
 from dockpose.lights.lattice import goes_on, repeating, strung
 from dockpose.lights.markers import Markers
-from dockpose.lights.polygon import FEW_POINTS, FIRST_POINTS, MAX_POINTS, Polygon, find_polygons, regular, without_worst
+from dockpose.lights.polygon import FIRST_POINTS, MAX_POINTS, Polygon, without_worst
 from dockpose.lights.whole import TOLERANCE_OF_AXIS, ellipse_through, log_chance_of_all, spaced_as
 
 # A large light's centre may lie this share of its diameter off the ellipse, see also TOLERANCE_OF_AXIS.
 TOLERANCE_OF_LIGHT = 0.15
 # Another ring through some of the same points leaves it open which is right where its evidence comes so near.
 _AS_CONVINCING = 0.6
-_STAND_OUT = 0.5  # of the light of a few, that of the next: lamps of one kind differ by as much
 _AS_COMPLETE, _AS_BRIGHT = 0.7, 0.8  # of several rings: shares of the most lights, and of the most light
 _RANGE_WITHIN = 0.01  # of a range, its error at the least: what lamps a little off their places do to it
 # A lamp is seen so many times as bright in a mirror as straight, at the most, where it shines that way; and so many
@@ -85,14 +84,14 @@ def find_ring(
             return whole
     numbers = MOST_LIGHTS if dock.lights is None else 1
     focal_px = math.sqrt(camera.fx * camera.fy)
-    scene = Scene(points_px - [camera.cx, camera.cy], brightness, area_px2, focal_px, _is_even(dock), numbers)
+    scene = Scene(points_px - [camera.cx, camera.cy], brightness, area_px2, focal_px, is_even(dock), numbers)
     in_lattice = repeating(points_px) if count > FIRST_POINTS else np.zeros(count, dtype=bool)
     order = order[~in_lattice[order]]
     if handmade:
         numbers = range(MIN_POINTS, NUMBERS.stop) if dock.lights is None else (dock.lights,)
         found = handmade_rings(scene, order[:FIRST_POINTS], numbers) if scene.even else []
     else:
-        found = _exact(scene, order, dock, tolerance, of_few)
+        found = exact_rings(scene, order, dock, tolerance, of_few)
     nothing = np.zeros(count, dtype=bool)
     if not found:
         if in_lattice.any():
@@ -120,7 +119,7 @@ def tolerance_px(major_px: float, light_px: float = 0.0) -> float:
 def _wanted(dock: Dock) -> str:
     if dock.lights is None:
         return "a ring of evenly spaced lights; among other groups it is found sooner when the number is given"
-    spaced = "evenly spaced lights" if _is_even(dock) else "lights spaced as the dock's"
+    spaced = "evenly spaced lights" if is_even(dock) else "lights spaced as the dock's"
     return f"a ring of {dock.lights} {spaced}"
 
 
@@ -138,40 +137,6 @@ def _mask(count: int, candidate: Candidate) -> np.ndarray:
     return mask
 
 
-def _exact(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float, of_few: bool) -> list[Candidate]:
-    """Rings of lights in their places among points in order, of few lights only if asked for; the surest first."""
-    # Of a known number corners are found sooner, of an unknown one the ellipse.
-    corners_first = dock.lights in NUMBERS
-    found = [] if corners_first else _of_many(scene, order, dock, tolerance)
-    # Bright lights far apart have the specks between them for neighbours, unless they are looked at by themselves; but
-    # not where the next are as bright, so that no few stand out.
-    next_light = scene.brightness[order[FEW_POINTS : 2 * FEW_POINTS]]
-    stand_out = len(next_light) < FEW_POINTS or next_light[-1] < _STAND_OUT * scene.brightness[order[FEW_POINTS // 2]]
-    looks = ((FIRST_POINTS, 0), (FEW_POINTS if stand_out else 0, FEW_POINTS), (MAX_POINTS, FIRST_POINTS))
-    for most, of_more in looks:
-        if of_few and not found and most and len(order) > of_more:
-            chosen = np.sort(order[:most])
-            found = _candidates(scene, chosen, dock, tolerance)
-    if corners_first and not found:
-        found = _of_many(scene, order, dock, tolerance)
-    return found
-
-
-def _candidates(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
-    """Polygons of the dock's lights that chance would hardly make, begun from the chosen points; the surest first."""
-    found = []
-    units = [_places(sides, dock) for sides in (NUMBERS if dock.lights is None else (dock.lights,))]
-    for polygon in find_polygons(scene.points_px, units, scene.even, scene.focal_px, tolerance, chosen):
-        sides = len(polygon.corners)
-        candidate = accepted(polygon, sides, scene)
-        if candidate is None and len(polygon.members) > LEAST_CROWD:
-            # One of its points may be no light of it.
-            candidate = accepted(without_worst(polygon, scene.points_px, _places(sides, dock)), sides, scene)
-        if candidate is not None:
-            found.append(candidate)
-    return sorted(found, key=lambda candidate: candidate.log_chance)
-
-
 def _more_of_size(
     scene: Scene, order: np.ndarray, found: list[Candidate], dock: Dock, tolerance: float
 ) -> list[Candidate]:
@@ -186,7 +151,7 @@ def _more_of_size(
         if len(rest) < max(MIN_POINTS, _AS_COMPLETE * lights):
             break
         # What grows from the rest may end among points that are used.
-        grown = _candidates(scene, np.sort(rest[:MAX_POINTS]), alike, tolerance)
+        grown = candidates_from(scene, np.sort(rest[:MAX_POINTS]), alike, tolerance)
         others = [one for one in grown if not one.members & used]
         if not others:
             break
@@ -195,32 +160,9 @@ def _more_of_size(
     return more
 
 
-def _of_many(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
-    """Rings of many evenly spaced lights, by ellipses through most of the first points in order; the surest first."""
-    chosen = np.sort(order[:MAX_POINTS])
-    if not scene.even or (dock.lights or LEAST_LIGHTS) < LEAST_LIGHTS:
-        return []
-    rings = polygons_on_ellipses(scene.points_px, chosen, dock.lights, scene.focal_px, tolerance)
-    found = [accepted(polygon, len(polygon.corners), scene) for polygon in rings]
-    return sorted(filter(None, found), key=lambda candidate: candidate.log_chance)
-
-
-def _is_even(dock: Dock) -> bool:
-    """Whether a dock's lights are evenly spaced on its circle."""
-    return not (dock.angles_deg or dock.offsets_m)
-
-
-def _places(sides: int, dock: Dock) -> np.ndarray:
-    """Places (N, 2) of the dock's lights on its plane, in radii, in order around it."""
-    if not _is_even(dock):
-        places = dock.light_points()[:, :2] / dock.radius
-        return places[np.argsort(np.mod(np.arctan2(places[:, 1], places[:, 0]), 2 * np.pi))]
-    return regular(sides)
-
-
 def _without_outliers(best: Candidate, dock: Dock, scene: Scene) -> Candidate:
     """The ring without points that make it likelier to be chance, as where a bubble runs together with a light."""
-    unit, polygon = _places(best.sides, dock), best.polygon
+    unit, polygon = places_of(best.sides, dock), best.polygon
     # Whatever is left out, a row of lights becomes several, and less like lamps on a cable.
     exact = accepted(polygon, best.sides, scene, may_hang=False) or best
     while len(polygon.members) > LEAST_CROWD:
@@ -279,7 +221,7 @@ def _trouble(
     best: Candidate, exact: Candidate, found: list[Candidate], dock: Dock, scene: Scene, tolerance: float
 ) -> str | None:
     """Why it is open whether the best ring, ``exact`` without outliers, is the dock; None where it is not."""
-    unit = _places(best.sides, dock)
+    unit = places_of(best.sides, dock)
     within = _within_px(best, tolerance)
     if goes_on(best.polygon, unit, scene.points_px, within):
         return f"The groups repeat as in a lattice. {_SEVERAL}"

@@ -275,7 +275,7 @@ def _in_order(points: np.ndarray, lights: np.ndarray, angles: np.ndarray) -> flo
     step, roll = 2 * math.pi / count, 0.0
     for place, number in enumerate(np.argsort(points)):
         lights[number] = place
-        roll += (points[number] - step * place) / count
+        roll += float(points[number] - step * place) / count
     for number in range(count):
         angles[number] = roll + step * lights[number]
     return roll

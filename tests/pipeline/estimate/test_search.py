@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Estimate, estimate
-from dockpose.estimate.search import _Found
+from dockpose.estimate.found import Found
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
@@ -22,7 +22,7 @@ def look(off_px=0.0, sigma_px: float | None = 0.1, count=6, log_chance=-10.0):
     shown = np.full(count, 100)
     markers = Markers(points, shown, shown, covariances_px2=covariances)
     stages = {"markers": markers, "ring": Ring(np.ones(count, dtype=bool), ""), "ellipse": fit_ellipse(points)}
-    return _Found("ok", "", stages, log_chance)
+    return Found("ok", "", stages, log_chance)
 
 
 @pytest.mark.parametrize(
@@ -33,7 +33,7 @@ def look(off_px=0.0, sigma_px: float | None = 0.1, count=6, log_chance=-10.0):
         (look(4.0, 0.1), False),  # as well known
         (look(7.0, 3.0), False),  # another light: 100 pixels reach 5.6 px
         (look(0.0, 3.0, count=5), False),  # not all of them
-        (_Found("not_a_ring", "", {}), False),
+        (Found("not_a_ring", "", {}), False),
     ],
 )
 def test_centres_that_are_worse_known_are_no_better_for_being_nearer_to_even(other, better):
@@ -60,6 +60,7 @@ def test_another_number_of_lights_is_named_rather_than_taken_for_a_part_of_the_d
     found = drawn(10, told)
     assert found.status == "not_a_ring"
     assert found.message.startswith(f"10 evenly spaced lights are in view; the dock has {told}: is that right?")
+    assert found.ring is not None
     assert found.ring.lights == 10
 
 
@@ -69,4 +70,5 @@ def test_lights_a_twelfth_of_the_radius_off_along_the_rim_are_a_dock_where_nothi
     assert found.status == "ok"
     assert found.lights_on_ring == lights
     # The picture's scale is known from across the rim, where the lights are in place: 0.15 m are 100 px.
+    assert found.selected is not None
     assert found.selected.position_m[2] == pytest.approx(640 * 0.15 / 100, rel=0.02)

@@ -1,0 +1,66 @@
+"""Rings of lights in their places: from three corners of a polygon, or of many lights from the ellipse through them."""
+
+import numpy as np
+from dockpose.dock import Dock
+from dockpose.lights.chance import LEAST_CROWD, NUMBERS, Candidate, Scene, accepted
+from dockpose.lights.conics import LEAST_LIGHTS, polygons_on_ellipses
+from dockpose.lights.polygon import FEW_POINTS, FIRST_POINTS, MAX_POINTS, find_polygons, regular, without_worst
+
+_STAND_OUT = 0.5  # of the light of a few, that of the next: lamps of one kind differ by as much
+
+
+def exact_rings(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float, of_few: bool) -> list[Candidate]:
+    """Rings of lights in their places among points in order, of few lights only if asked for; the surest first."""
+    # Of a known number corners are found sooner, of an unknown one the ellipse.
+    corners_first = dock.lights in NUMBERS
+    found = [] if corners_first else _of_many(scene, order, dock, tolerance)
+    # Bright lights far apart have the specks between them for neighbours, unless they are looked at by themselves; but
+    # not where the next are as bright, so that no few stand out.
+    next_light = scene.brightness[order[FEW_POINTS : 2 * FEW_POINTS]]
+    stand_out = len(next_light) < FEW_POINTS or next_light[-1] < _STAND_OUT * scene.brightness[order[FEW_POINTS // 2]]
+    looks = ((FIRST_POINTS, 0), (FEW_POINTS if stand_out else 0, FEW_POINTS), (MAX_POINTS, FIRST_POINTS))
+    for most, of_more in looks:
+        if of_few and not found and most and len(order) > of_more:
+            chosen = np.sort(order[:most])
+            found = candidates_from(scene, chosen, dock, tolerance)
+    if corners_first and not found:
+        found = _of_many(scene, order, dock, tolerance)
+    return found
+
+
+def candidates_from(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
+    """Polygons of the dock's lights that chance would hardly make, begun from the chosen points; the surest first."""
+    found = []
+    units = [places_of(sides, dock) for sides in (NUMBERS if dock.lights is None else (dock.lights,))]
+    for polygon in find_polygons(scene.points_px, units, scene.even, scene.focal_px, tolerance, chosen):
+        sides = len(polygon.corners)
+        candidate = accepted(polygon, sides, scene)
+        if candidate is None and len(polygon.members) > LEAST_CROWD:
+            # One of its points may be no light of it.
+            candidate = accepted(without_worst(polygon, scene.points_px, places_of(sides, dock)), sides, scene)
+        if candidate is not None:
+            found.append(candidate)
+    return sorted(found, key=lambda candidate: candidate.log_chance)
+
+
+def _of_many(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
+    """Rings of many evenly spaced lights, by ellipses through most of the first points in order; the surest first."""
+    chosen = np.sort(order[:MAX_POINTS])
+    if not scene.even or (dock.lights or LEAST_LIGHTS) < LEAST_LIGHTS:
+        return []
+    rings = polygons_on_ellipses(scene.points_px, chosen, dock.lights, scene.focal_px, tolerance)
+    found = [accepted(polygon, len(polygon.corners), scene) for polygon in rings]
+    return sorted(filter(None, found), key=lambda candidate: candidate.log_chance)
+
+
+def is_even(dock: Dock) -> bool:
+    """Whether a dock's lights are evenly spaced on its circle."""
+    return not (dock.angles_deg or dock.offsets_m)
+
+
+def places_of(sides: int, dock: Dock) -> np.ndarray:
+    """Places (N, 2) of the dock's lights on its plane, in radii, in order around it."""
+    if not is_even(dock):
+        places = dock.light_points()[:, :2] / dock.radius
+        return places[np.argsort(np.mod(np.arctan2(places[:, 1], places[:, 0]), 2 * np.pi))]
+    return regular(sides)

@@ -23,7 +23,6 @@ TOLERANCE_OF_LIGHT = 0.15
 # Another ring through some of the same points leaves it open which is right where its evidence comes so near.
 _AS_CONVINCING = 0.6
 _AS_COMPLETE, _AS_BRIGHT = 0.7, 0.8  # of several rings: shares of the most lights, and of the most light
-_RANGE_WITHIN = 0.01  # of a range, its error at the least: what lamps a little off their places do to it
 # A lamp is seen so many times as bright in a mirror as straight, at the most, where it shines that way; and so many
 # rings are the most that a tank shows.
 _TIMES_AS_BRIGHT, _MOST_RINGS = 16, 40
@@ -203,8 +202,7 @@ def _range_radii(polygon: Polygon) -> tuple[float, float]:
     away = float(np.linalg.norm(columns[:, 2]) / math.sqrt(np.prod(np.linalg.norm(columns[:, :2], axis=0))))
     count = len(polygon.members)
     noise_px = math.sqrt(polygon.squares_px2 / max(1, 2 * count - 6))
-    error = max(noise_px, LEAST_PX) / polygon.semi_axes_px[0] * math.sqrt(2 / count)
-    return away, away * max(error, _RANGE_WITHIN)
+    return away, away * max(noise_px, LEAST_PX) / polygon.semi_axes_px[0] * math.sqrt(2 / count)
 
 
 def _apart_from(best: Candidate, found: list[Candidate]) -> list[Candidate]:

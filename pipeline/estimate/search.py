@@ -20,7 +20,7 @@ from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError
 from dockpose.lights.markers import Markers, find_markers, with_fitted_centres
 from dockpose.lights.polygon import FIRST_POINTS
 from dockpose.lights.region import ring_in
-from dockpose.lights.ring import Ring
+from dockpose.lights.ring import Kind, Ring
 from dockpose.pixels.bright import SATURATED
 from dockpose.pose.choice import Choice
 from dockpose.pose.detection import detection_of, few_in_words, found_in_words, judged, spaced_alone
@@ -108,8 +108,8 @@ def _search_by_light(first: Found, picture: Picture, camera: Camera, dock: Dock,
     best, looks = first, [first]
     for other, least in _other_looks(picture.histogram, settings, dock, looks):
         # Of an unknown number, any few points of some scale make some ring.
-        of_few = dock.lights is not None or least == math.inf
-        found = _search_with(other, picture, camera, dock, settings, of_few=of_few, looks=looks)
+        kind = "exact" if dock.lights is not None or least == math.inf else "of many"
+        found = _search_with(other, picture, camera, dock, settings, kind, looks)
         looks.append(found)
         may_be_it = found.status != "ok" or found.log_chance < least
         if may_be_it and not best.knows_better(found):  # a builder's errors are no reason for a blurred look
@@ -117,31 +117,31 @@ def _search_by_light(first: Found, picture: Picture, camera: Camera, dock: Dock,
         if best.is_exact(EXACT_OF_AXIS):
             break
     clear = [] if best.is_exact(EXACT_OF_AXIS) else list(_clear(looks))
-    other = _of_another_number(clear, picture, camera, dock, settings)
+    other = _of_another_number(clear[0], picture, camera, dock, settings) if clear else None
     if other is not None and other.log_chance < best.log_chance:
         return other
-    made = [_search_with(one, picture, camera, dock, settings, handmade=True) for one in clear if best.status != "ok"]
+    made = [_search_with(one, picture, camera, dock, settings, "handmade") for one in clear if best.status != "ok"]
     return max([best, *made], key=Found.rank)
 
 
 def _of_another_number(
-    thresholds: Sequence[Threshold], picture: Picture, camera: Camera, dock: Dock, settings: Settings
+    threshold: Threshold, picture: Picture, camera: Camera, dock: Dock, settings: Settings
 ) -> Found | None:
     """A whole ring of even lights, beyond chance, of another number than the dock's; None where there is none."""
     if dock.lights is None or dock.angles_deg or dock.offsets_m:
         return None
     free = msgspec.structs.replace(dock, lights=None, colours=())
-    for threshold in thresholds[:1]:
-        found = _search_with(threshold, picture, camera, free, settings)
-        ring = found.stages.get("ring")
-        if found.status != "ok" or ring is None or ring.lights in (None, dock.lights) or ring.focal_px is not None:
-            continue
-        if int(ring.on_ring.sum()) == ring.lights and found.log_chance < NO_CHANCE:
-            seen = f"{ring.lights} evenly spaced lights are in view; the dock has {dock.lights}: is that right?"
-            nothing = Ring(np.zeros_like(ring.on_ring), seen, lights=ring.lights)
-            kept = {name: found.stages[name] for name in ("threshold", "markers")}
-            return Found("not_a_ring", seen, kept | {"ring": nothing}, found.log_chance)
-    return None
+    found = _search_with(threshold, picture, camera, free, settings)
+    if found.status != "ok" or found.log_chance >= NO_CHANCE:
+        return None
+    ring: Ring = found.stages["ring"]
+    if ring.focal_px is not None or ring.lights == dock.lights or ring.lights != int(ring.on_ring.sum()):
+        return None
+    seen = f"{ring.lights} evenly spaced lights are in view; the dock has {dock.lights}: is that right?"
+    stages = found.stages | {"ring": Ring(np.zeros_like(ring.on_ring), seen, lights=ring.lights)}
+    return Found(
+        "not_a_ring", seen, {name: stages[name] for name in ("threshold", "markers", "ring")}, found.log_chance
+    )
 
 
 def _clear(looks: Sequence[Found]) -> Iterator[Threshold]:
@@ -180,13 +180,11 @@ def _search_with(
     camera: Camera,
     dock: Dock,
     settings: Settings,
-    *,
-    of_few: bool = True,
-    handmade: bool = False,
+    kind: Kind = "exact",
     looks: Sequence[Found] = (),
 ) -> Found:
-    """What is found from one threshold on, a ring of few lights only if asked for; ``looks`` came before it."""
-    status, message, stages = _find_lights(picture, threshold, camera, dock, settings, of_few, handmade, looks)
+    """What is found from one threshold on, of rings of a kind; ``looks`` came before it."""
+    status, message, stages = _find_lights(picture, threshold, camera, dock, settings, kind, looks)
     if status != "ok":
         return Found(status, message, stages)
     return Found(*judge_ring(picture, camera, dock, stages))
@@ -224,8 +222,7 @@ def _find_lights(
     camera: Camera,
     dock: Dock,
     settings: Settings,
-    of_few: bool,
-    handmade: bool,
+    kind: Kind,
     looks: Sequence[Found],
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages from the threshold to the ring."""
@@ -261,7 +258,7 @@ def _find_lights(
     is_new = ring is None
     if ring is None:
         points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
-        ring = ring_in(points_px, markers, camera, dock, picture.area_px2, of_few=of_few, handmade=handmade)
+        ring = ring_in(points_px, markers, camera, dock, picture.area_px2, kind)
     stages["ring"] = ring
     if not ring.found:
         return "not_a_ring", ring.reason, stages

@@ -108,7 +108,7 @@ def accepted(
         squares_px2=polygon.squares_px2,
         semi_axes_px=polygon.semi_axes_px,
         area_px2=scene.area_px2,
-        apart_px2=None if is_exact else _squares_apart_px2(polygon, scene.points_px),
+        apart_px2=None if is_exact else _squares_of_px2(polygon, scene.points_px),
     )
     # Where a ring of which no light is missing is all that there is, its number is not one of many.
     is_all = LEAST_CROWD <= len(members) == sides == len(scene.points_px)
@@ -131,14 +131,21 @@ def accepted(
     return Candidate(polygon, sides, chance + math.log(numbers)) if chance < most else None
 
 
-def _squares_apart_px2(polygon: Polygon, points_px: np.ndarray) -> tuple[float, float]:
+def _squares_of_px2(polygon: Polygon, points_px: np.ndarray) -> tuple[float, float]:
     """Sums of squares of how far a polygon's points (M, 2) are off their corners, along the circle and across it."""
     places = np.column_stack([points_px[polygon.members], np.ones(len(polygon.members))])
     flat = places @ np.linalg.inv(polygon.mapping).T
-    x, y = (flat[:, :2] / flat[:, 2:]).T
-    off = np.exp(1j * (np.arctan2(y, x) - 2 * math.pi / len(polygon.corners) * np.flatnonzero(polygon.corners >= 0)))
-    along, across = np.angle(off * off.mean().conj()), np.hypot(x, y) - 1
-    scale_px2 = math.prod(polygon.semi_axes_px)
+    angles_rad = 2 * math.pi / len(polygon.corners) * np.flatnonzero(polygon.corners >= 0)
+    return squares_apart_px2(flat[:, :2] / flat[:, 2:], angles_rad, polygon.semi_axes_px)
+
+
+def squares_apart_px2(
+    flat: np.ndarray, angles_rad: np.ndarray, semi_axes_px: tuple[float, float]
+) -> tuple[float, float]:
+    """The same of points (N, 2) on the circle's plane, in radii, and their lights' angles (N,), whatever the roll."""
+    off = np.exp(1j * (np.arctan2(flat[:, 1], flat[:, 0]) - angles_rad))
+    along, across = np.angle(off * off.mean().conj()), np.hypot(flat[:, 0], flat[:, 1]) - 1
+    scale_px2 = math.prod(semi_axes_px)
     return scale_px2 * float(along @ along), scale_px2 * float(across @ across)
 
 

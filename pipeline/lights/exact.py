@@ -9,7 +9,7 @@ from dockpose.lights.polygon import FEW_POINTS, FIRST_POINTS, MAX_POINTS, find_p
 _STAND_OUT = 0.5  # of the light of a few, that of the next: lamps of one kind differ by as much
 
 
-def exact_rings(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float, of_few: bool) -> list[Candidate]:
+def exact_rings(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float, *, of_few: bool) -> list[Candidate]:
     """Rings of lights in their places among points in order, of few lights only if asked for; the surest first."""
     # Of a known number corners are found sooner, of an unknown one the ellipse.
     corners_first = dock.lights in NUMBERS

@@ -2,7 +2,9 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
+from operator import attrgetter
 
 import numpy as np
 from dockpose.compiled import compiled
@@ -10,7 +12,8 @@ from dockpose.lights.chance import LEAST_CROWD, Candidate, Scene, accepted
 from dockpose.lights.conics import conics_through
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX
-from dockpose.lights.polygon import Polygon, refitted, regular
+from dockpose.lights.polygon import Polygon, refitted, regular, without_worst
+from dockpose.lights.whole import angles_on
 
 _TRIALS = 3003  # fives of points: all of fifteen
 _OF_ANY_NUMBER = 150  # of these: those near most points, which are tried with many numbers of lights
@@ -45,14 +48,11 @@ def _of_all(points: np.ndarray, focal_px: float) -> Polygon | None:
         ellipse = fit_ellipse(points)
     except NoEllipseError:
         return None
-    cos, sin = math.cos(ellipse.angle_rad), math.sin(ellipse.angle_rad)
-    axes = np.array([[cos, -sin], [sin, cos]]) * ellipse.semi_axes_px
-    x, y = np.linalg.solve(axes, (points - ellipse.centre_px).T)
-    angles = np.arctan2(y, x)
+    angles = angles_on(points, ellipse)
     order = np.argsort(angles)
     roll = float((angles[order] - 2 * math.pi / len(points) * np.arange(len(points))).mean())
-    mapping = np.eye(3)
-    mapping[:2, :2], mapping[:2, 2] = axes @ _turned(roll)[:2, :2], ellipse.centre_px
+    mapping = _turned(ellipse.angle_rad) @ np.diag([*ellipse.semi_axes_px, 1.0]) @ _turned(roll)
+    mapping[:2, 2] = ellipse.centre_px
     return refitted(order, mapping, points, regular(len(points)), focal_px)
 
 
@@ -208,17 +208,9 @@ def _settled(
 
 def _least_likely(polygon: Polygon, chosen: np.ndarray, sides: int, scene: Scene) -> Candidate | None:
     """The ring of a polygon among the chosen points without those that make it likelier to be chance; None of none."""
-    unit, best = regular(sides), None
-    corners = np.where(polygon.corners >= 0, chosen[polygon.corners], -1)
-    while True:
-        polygon = refitted(corners, polygon.mapping, scene.points_px, unit, polygon.focal_px)
-        ring = accepted(polygon, sides, scene, is_exact=False)
-        if ring is not None and (best is None or ring.log_chance < best.log_chance):
-            best = ring
-        members = polygon.members
-        if len(members) <= LEAST_CROWD:
-            return best
-        places = np.column_stack([unit, np.ones(sides)]) @ polygon.mapping.T
-        off_px = np.hypot(*(scene.points_px[corners] - places[:, :2] / places[:, 2:]).T)
-        corners = corners.copy()
-        corners[np.argmax(np.where(corners >= 0, off_px, -1.0))] = -1
+    polygon = replace(polygon, corners=np.where(polygon.corners >= 0, chosen[polygon.corners], -1))
+    rings = [accepted(polygon, sides, scene, is_exact=False)]
+    while len(polygon.members) > LEAST_CROWD:
+        polygon = without_worst(polygon, scene.points_px, regular(sides))
+        rings.append(accepted(polygon, sides, scene, is_exact=False))
+    return min(filter(None, rings), key=attrgetter("log_chance"), default=None)

@@ -11,7 +11,7 @@ from dockpose.dock import Dock
 from dockpose.lights.ellipse import MIN_POINTS
 from dockpose.lights.markers import Markers
 from dockpose.lights.masks import Mask
-from dockpose.lights.ring import Ring, find_ring
+from dockpose.lights.ring import Kind, Ring, find_ring
 
 # x_px, y_px of the upper left corner, width_px, height_px.
 Region = tuple[float, float, float, float]
@@ -42,21 +42,14 @@ def crop(image: Any, part: Part) -> np.ndarray:
 
 
 def ring_in(
-    points_px: np.ndarray,
-    markers: Markers,
-    camera: Camera,
-    dock: Dock,
-    area_px2: float,
-    *,
-    of_few: bool = True,
-    handmade: bool = False,
+    points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, area_px2: float, kind: Kind = "exact"
 ) -> Ring:
     """Find the markers that are the dock's lights; none counts whose centre the picture's edge leaves open."""
     whole = ~markers.cut
     kept, cut = int(whole.sum()), int(markers.cut.sum())
     if cut == 0 or kept < MIN_POINTS:
-        return find_ring(points_px, markers, camera, dock, area_px2, of_few=of_few, handmade=handmade)
-    ring = find_ring(points_px[whole], markers.part(whole), camera, dock, area_px2, of_few=of_few, handmade=handmade)
+        return find_ring(points_px, markers, camera, dock, area_px2, kind)
+    ring = find_ring(points_px[whole], markers.part(whole), camera, dock, area_px2, kind)
     on_ring, rivals = _among_all(ring.on_ring, whole), tuple(_among_all(rival, whole) for rival in ring.rivals)
     if ring.found and not rivals and len(markers) - on_ring.sum() >= MIN_POINTS:
         # Nobody measures by another ring, so of that the edge may cut some lights.

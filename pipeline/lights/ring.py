@@ -3,6 +3,7 @@
 import math
 import statistics
 from dataclasses import dataclass
+from typing import Literal
 
 import msgspec
 import numpy as np
@@ -36,6 +37,10 @@ _LEAST_EXPECTED = 0.1  # other points on a ring: one may always be
 _SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
 
 
+# Rings of lights in their places, these alone with many lights, and rings whose lights are off their places.
+Kind = Literal["exact", "of many", "handmade"]
+
+
 @dataclass(frozen=True)
 class Ring:
     """The markers that are lights of the dock."""
@@ -55,19 +60,9 @@ class Ring:
 
 
 def find_ring(
-    points_px: np.ndarray,
-    markers: Markers,
-    camera: Camera,
-    dock: Dock,
-    area_px2: float,
-    *,
-    of_few: bool = True,
-    handmade: bool = False,
+    points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, area_px2: float, kind: Kind = "exact"
 ) -> Ring:
-    """Find the markers, at undistorted places (N, 2), that are the dock's lights; few of them if ``of_few``.
-
-    If ``handmade``, those of a ring whose lights are off their places.
-    """
+    """Find the markers, at undistorted places (N, 2), that are the dock's lights, in a ring of a kind."""
     count = len(points_px)
     density = count / area_px2
     brightness = markers.areas_px * markers.peaks.astype(float)
@@ -86,11 +81,11 @@ def find_ring(
     scene = Scene(points_px - [camera.cx, camera.cy], brightness, area_px2, focal_px, is_even(dock), numbers)
     in_lattice = repeating(points_px) if count > FIRST_POINTS else np.zeros(count, dtype=bool)
     order = order[~in_lattice[order]]
-    if handmade:
+    if kind == "handmade":
         numbers = range(MIN_POINTS, NUMBERS.stop) if dock.lights is None else (dock.lights,)
         found = handmade_rings(scene, order[:FIRST_POINTS], numbers) if scene.even else []
     else:
-        found = exact_rings(scene, order, dock, tolerance, of_few)
+        found = exact_rings(scene, order, dock, tolerance, of_few=kind == "exact")
     nothing = np.zeros(count, dtype=bool)
     if not found:
         if in_lattice.any():

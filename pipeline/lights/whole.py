@@ -35,7 +35,7 @@ def spaced_as(points: np.ndarray, ellipse: Ellipse, dock: Dock, density: float) 
     count = len(points)
     if dock.lights is not None and (count > dock.lights or dock.angles_deg):
         return dock.lights if dock.angles_deg and count == dock.lights else None
-    angles = _angles_on(points, ellipse)
+    angles = angles_on(points, ellipse)
     if dock.lights is not None:
         is_every_nth = MIN_POINTS < count < dock.lights and dock.lights % count == 0 and _is_even(angles, count)
         return dock.lights if _is_even(angles, dock.lights) and not is_every_nth else None
@@ -55,7 +55,7 @@ def log_chance_of_all(ellipse: Ellipse, count: int, density: float) -> float:
     return log_chance_ellipses(count, ellipse.rms_px, ellipse.semi_axes_px[0], density, count)
 
 
-def _angles_on(points: np.ndarray, ellipse: Ellipse) -> np.ndarray:
+def angles_on(points: np.ndarray, ellipse: Ellipse) -> np.ndarray:
     """Angles (N,) of points around an ellipse that is stretched to a circle."""
     cos, sin = np.cos(ellipse.angle_rad), np.sin(ellipse.angle_rad)
     x, y = (points - ellipse.centre_px).T

@@ -14,6 +14,7 @@ from dockpose.lights.chance import (
     cables_of,
     log_chance_rings,
     neighbours,
+    squares_apart_px2,
 )
 from dockpose.lights.conics import log_chance_of_spacing
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse
@@ -59,7 +60,7 @@ def log_chance_of_ring(
         sides,
         even=not (dock.angles_deg or dock.offsets_m),
         squares_px2=count * rms_px**2,
-        apart_px2=_squares_apart_px2(ring, markers, ellipse, choice, camera, dock),
+        apart_px2=_squares_of_px2(ring, markers, ellipse, choice, camera, dock),
         semi_axes_px=ellipse.semi_axes_px,
         near=near,
         area_px2=area_px2,
@@ -67,23 +68,16 @@ def log_chance_of_ring(
     )
 
 
-def _squares_apart_px2(
+def _squares_of_px2(
     ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, camera: Camera, dock: Dock
 ) -> tuple[float, float] | None:
     """Sums of the squares of how far lights are off their places along the rim and across it, if these are even."""
     if choice.lights is None or dock.offsets_m:
         return None
-    x_m, y_m = on_plane(markers, choice.candidates[0], camera, dock)[ring.on_ring].T
-    off_rad = np.arctan2(y_m, x_m) - _angles_rad(dock, choice.lights)
-    off_rad = np.angle(np.exp(1j * off_rad) * np.exp(-1j * off_rad).mean())
-    scale_px = math.sqrt(math.prod(ellipse.semi_axes_px))
-    across = np.hypot(x_m, y_m) / dock.radius - 1
-    return scale_px**2 * float(off_rad @ off_rad), scale_px**2 * float(across @ across)
-
-
-def _angles_rad(dock: Dock, lights: np.ndarray) -> np.ndarray:
-    """Angles (N,) of lights of a dock around it."""
-    return dock.light_angles_rad()[lights] if dock.lights else 2 * math.pi * lights / len(lights)
+    flat = on_plane(markers, choice.candidates[0], camera, dock)[ring.on_ring] / dock.radius
+    lights = choice.lights
+    angles_rad = dock.light_angles_rad()[lights] if dock.lights else 2 * math.pi * lights / len(lights)
+    return squares_apart_px2(flat, angles_rad, ellipse.semi_axes_px)
 
 
 def why_no_dock(

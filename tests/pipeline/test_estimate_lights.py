@@ -123,10 +123,10 @@ def test_the_same_lamps_are_searched_for_a_ring_once(monkeypatch):
     searched = []
     find = search.ring_in
 
-    def watched(points, markers, camera, dock, *rest, handmade, **named):
-        if not handmade and dock.lights == 8:  # nor for lights out of their places, nor for another number
+    def watched(points, markers, camera, dock, area_px2, kind):
+        if kind != "handmade" and dock.lights == 8:  # nor for lights out of their places, nor for another number
             searched.append(points)
-        return find(points, markers, camera, dock, *rest, handmade=handmade, **named)
+        return find(points, markers, camera, dock, area_px2, kind)
 
     monkeypatch.setattr(search, "ring_in", watched)
     assert estimate(image, CAMERA, Dock(0.30, 8)).status == "not_a_ring"

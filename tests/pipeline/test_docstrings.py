@@ -74,13 +74,13 @@ def documented(value):
 
 
 def asked_for(value):
-    """The names in the signature; of an enumeration, and of an error, which the library makes, none."""
+    """The public names in the signature; of an enumeration, and of an error, which the library makes, none."""
     if inspect.isclass(value) and issubclass(value, (enum.Enum, Exception)):
         return set()
     if dataclasses.is_dataclass(value):
         return {one.name for one in dataclasses.fields(value) if one.init and not one.name.startswith("_")}
     if inspect.isclass(value) and issubclass(value, msgspec.Struct):
-        return set(value.__struct_fields__)
+        return {name for name in value.__struct_fields__ if not name.startswith("_")}
     if inspect.isclass(value) and inspect.isabstract(value):
         return set()  # nobody but the library's own classes makes one
     return set(inspect.signature(value).parameters) - {"self"}

@@ -33,6 +33,9 @@ from dockpose.thresholds.scales import at_scales
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
 LIKELY_RANGE_M = 1.0
 _CLEAR = 3  # looks in which rings are sought that hands have built
+# Three quarters of a ring lie nearer to their places, root mean square, only by the right number: of one more or one
+# less they are farther off for any ring of up to 60 lights.
+_ONE_MORE_OF_AXIS = 0.02
 _IN_WHITE = " It shows where the picture is white, in the darkest of its colour channels."
 _LIGHTS_OF = attrgetter("lights", "angles_deg", "colours", "offsets_m")
 
@@ -49,6 +52,7 @@ class Picture:
     height: int
     like: Estimate | None  # another estimate of it, whose threshold and groups hold here
     tone: str | float  # curve of the camera
+    in_white: bool = False  # whether ``grey`` is the darkest of the colour channels
 
     @property
     def area_px2(self) -> float:
@@ -95,7 +99,7 @@ def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Set
     counted = picture.histogram.counted
     if counted is not None:
         grey[counted == 0] = 0
-    white = replace(picture, grey=grey, histogram=histogram_of(grey, counted), like=None)
+    white = replace(picture, grey=grey, histogram=histogram_of(grey, counted), like=None, in_white=True)
     threshold = METHODS[settings.method](white.histogram, settings.min_area_px, settings.level)
     found = _search_with(threshold, white, camera, dock, settings)
     if not found.is_exact():
@@ -106,7 +110,7 @@ def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Set
 def _search_by_light(first: Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Found:
     """The best of what one level shows, and of what each light's own level, each scale and each outline do."""
     best, looks = first, [first]
-    for other, least in _other_looks(picture.histogram, settings, dock, looks):
+    for other, least in _other_looks(picture, settings, dock, looks):
         # Of an unknown number, any few points of some scale make some ring.
         kind = "exact" if dock.lights is not None or least == math.inf else "of many"
         found = _search_with(other, picture, camera, dock, settings, kind, looks)
@@ -117,7 +121,9 @@ def _search_by_light(first: Found, picture: Picture, camera: Camera, dock: Dock,
         if best.is_exact(EXACT_OF_AXIS):
             break
     clear = [] if best.is_exact(EXACT_OF_AXIS) else list(_clear(looks))
-    other = _of_another_number(clear[0], picture, camera, dock, settings) if clear else None
+    # A ring of another number shows in any channel.
+    is_asked = bool(clear) and not picture.in_white and not best.is_exact(_ONE_MORE_OF_AXIS)
+    other = _of_another_number(clear[0], picture, camera, dock, settings) if is_asked else None
     if other is not None and other.log_chance < best.log_chance:
         return other
     made = [_search_with(one, picture, camera, dock, settings, "handmade") for one in clear if best.status != "ok"]
@@ -131,7 +137,7 @@ def _of_another_number(
     if dock.lights is None or dock.angles_deg or dock.offsets_m:
         return None
     free = msgspec.structs.replace(dock, lights=None, colours=())
-    found = _search_with(threshold, picture, camera, free, settings)
+    found = _search_with(threshold, picture, camera, free, settings, "whole")
     if found.status != "ok" or found.log_chance >= NO_CHANCE:
         return None
     ring: Ring = found.stages["ring"]
@@ -157,19 +163,25 @@ def _clear(looks: Sequence[Found]) -> Iterator[Threshold]:
 
 
 def _other_looks(
-    histogram: Histogram, settings: Settings, dock: Dock, looks: Sequence[Found]
+    picture: Picture, settings: Settings, dock: Dock, looks: Sequence[Found]
 ) -> Iterator[tuple[Threshold, float]]:
     """Thresholds but that of one level, and log of the chance above which a ring of each is none; ``looks`` grow.
 
     Outlines show lights that run together. Where there is a ring by then, its centres are better known; and along a
     hoop middles show a ring of some number. All clutter has edges, so that what they show must be beyond chance.
-    What shows no light by any size has no discs that run together.
+    What shows no light by any size has no discs that run together; and where a picture is white, lights are small.
     """
+    histogram = picture.histogram
     yield hats_local(histogram, settings.min_area_px), math.inf
     for scale in at_scales(histogram, settings.min_area_px):
         yield scale, LITTLE_CHANCE
     is_sure = any(one.status == "ok" and one.log_chance < LITTLE_CHANCE for one in looks)
-    if dock.lights is not None and not is_sure and any(one.status != "no_lights" for one in looks):
+    if (
+        dock.lights is not None
+        and not picture.in_white
+        and not is_sure
+        and any(one.status != "no_lights" for one in looks)
+    ):
         for outlined in by_outlines(histogram, settings.min_area_px):
             yield outlined, NO_CHANCE
 

@@ -9,8 +9,13 @@ from dockpose.lights.polygon import FEW_POINTS, FIRST_POINTS, MAX_POINTS, find_p
 _STAND_OUT = 0.5  # of the light of a few, that of the next: lamps of one kind differ by as much
 
 
-def exact_rings(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float, *, of_few: bool) -> list[Candidate]:
-    """Rings of lights in their places among points in order, of few lights only if asked for; the surest first."""
+def exact_rings(
+    scene: Scene, order: np.ndarray, dock: Dock, tolerance: float, *, of_few: bool, whole: bool = False
+) -> list[Candidate]:
+    """Rings of lights in their places among points in order; the surest first.
+
+    Those of few lights only if asked for, and only those of which no light is missing where these are asked for.
+    """
     # Of a known number corners are found sooner, of an unknown one the ellipse.
     corners_first = dock.lights in NUMBERS
     found = [] if corners_first else _of_many(scene, order, dock, tolerance)
@@ -22,17 +27,19 @@ def exact_rings(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float, *
     for most, of_more in looks:
         if of_few and not found and most and len(order) > of_more:
             chosen = np.sort(order[:most])
-            found = candidates_from(scene, chosen, dock, tolerance)
+            found = candidates_from(scene, chosen, dock, tolerance, whole=whole)
     if corners_first and not found:
         found = _of_many(scene, order, dock, tolerance)
     return found
 
 
-def candidates_from(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
+def candidates_from(
+    scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float, *, whole: bool = False
+) -> list[Candidate]:
     """Polygons of the dock's lights that chance would hardly make, begun from the chosen points; the surest first."""
     found = []
     units = [places_of(sides, dock) for sides in (NUMBERS if dock.lights is None else (dock.lights,))]
-    for polygon in find_polygons(scene.points_px, units, scene.even, scene.focal_px, tolerance, chosen):
+    for polygon in find_polygons(scene.points_px, units, scene.even, scene.focal_px, tolerance, chosen, whole=whole):
         sides = len(polygon.corners)
         candidate = accepted(polygon, sides, scene)
         if candidate is None and len(polygon.members) > LEAST_CROWD:

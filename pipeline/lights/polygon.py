@@ -60,8 +60,13 @@ def find_polygons(
     focal_px: float,
     tolerance_px: float = TOLERANCE_PX,
     first: np.ndarray | None = None,
+    *,
+    whole: bool = False,
 ) -> list[Polygon]:
-    """Find images of polygons, each of corners (N, 2) near the unit circle, among points (M, 2), from ``first`` on."""
+    """Find images of polygons, each of corners (N, 2) near the unit circle, among points (M, 2), from ``first`` on.
+
+    Of a whole one any three neighbours are corners, so that other steps need not be tried.
+    """
     first = np.arange(len(points_px)) if first is None else first
     count = len(first)
     if count < 4:
@@ -79,17 +84,19 @@ def find_polygons(
         judged_by = len(unit) - 3 if count <= FEW_POINTS else min(len(unit) - 3, _MOST_BEYOND)
         if judged_by > 0:
             alike.setdefault(judged_by, []).append(Sought(points, unit, float(focal_px), float(tolerance_px)))
-    return [polygon for soughts in alike.values() for polygon in _of_alike(soughts, first, near, even)]
+    return [polygon for soughts in alike.values() for polygon in _of_alike(soughts, first, near, even, whole)]
 
 
-def _of_alike(soughts: list[Sought], first: np.ndarray, near: np.ndarray, even: bool) -> list[Polygon]:
+def _of_alike(
+    soughts: list[Sought], first: np.ndarray, near: np.ndarray, even: bool, neighbours_only: bool
+) -> list[Polygon]:
     """Polygons of numbers whose triples compete, by neighbours, then by other steps where one is not whole."""
     found: list[Polygon] = []
     trials = _TRIALS if even else 2 * _TRIALS
     is_few = len(first) <= FEW_POINTS
     if is_few and len(soughts[0].points) > FEW_POINTS:
         trials //= _FEWER_OF_BRIGHTEST
-    for is_first in (True, False):
+    for is_first in (True,) if neighbours_only else (True, False):
         best, kept = np.full(trials, -1.0), np.full((trials, 7), -1)
         whole = {len(one.corners) for one in found if len(one.members) >= 0.8 * len(one.corners)}
         for sought in soughts:

@@ -37,8 +37,9 @@ _LEAST_EXPECTED = 0.1  # other points on a ring: one may always be
 _SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
 
 
-# Rings of lights in their places, these alone with many lights, and rings whose lights are off their places.
-Kind = Literal["exact", "of many", "handmade"]
+# Rings of lights in their places, these alone with many lights, or with none missing, and rings whose lights are off
+# their places.
+Kind = Literal["exact", "of many", "whole", "handmade"]
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def find_ring(
         numbers = range(MIN_POINTS, NUMBERS.stop) if dock.lights is None else (dock.lights,)
         found = handmade_rings(scene, order[:FIRST_POINTS], numbers) if scene.even else []
     else:
-        found = exact_rings(scene, order, dock, tolerance, of_few=kind == "exact")
+        found = exact_rings(scene, order, dock, tolerance, of_few=kind != "of many", whole=kind == "whole")
     nothing = np.zeros(count, dtype=bool)
     if not found:
         if in_lattice.any():

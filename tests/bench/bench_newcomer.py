@@ -94,7 +94,7 @@ def test_make_run_opens_the_page_on_a_dock_that_is_found(home: Path) -> None:
             with Visitor(address, hears=lambda message: heard.append(str(message))) as visitor:
                 assert visitor.until(lambda _: any("Dock found" in one for one in heard))
         finally:
-            os.killpg(page.pid, signal.SIGINT)
+            os.killpg(page.pid, signal.SIGTERM)  # a job in a shell's background would not heed an interrupt
 
 
 def test_make_test_passes(home: Path) -> None:

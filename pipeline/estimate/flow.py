@@ -21,7 +21,8 @@ from dockpose.checks import check_is
 from dockpose.dock import Dock
 from dockpose.estimate.drawing import picture_of
 from dockpose.estimate.result import Estimate
-from dockpose.estimate.search import Picture, search
+from dockpose.estimate.search import search
+from dockpose.estimate.stages import Picture
 from dockpose.lights.masks import hide
 from dockpose.lights.region import Region, crop, masks_within, part_of
 from dockpose.settings import Settings

@@ -16,8 +16,9 @@ MOST_PX = 2_100_000  # of the picture, for time: of a larger one the finest scal
 FINEST_PX, _FINE_PX, _FINER_FROM = 0.8, 1.6, 2
 _WIDEST_SHARE = 1 / 24  # of the picture's shorter side: three lights of such a width beside each other fill it
 _SURROUND = 1.6  # width of what is taken off, relative to the blur (Marr and Hildreth 1980: near a Laplacian)
-# A peak of so many standard deviations of the noise is less than one in a picture of a million pixels.
-_CLEAR_NOISE = 6.0
+# A peak of so many standard deviations of the noise is less than one in a picture of a million pixels; of so many only,
+# a few hundred are, and a light is what forms a ring with others.
+_CLEAR_NOISE, _FAINT_NOISE = 6.0, 3.5
 _QUANTISED = 0.29  # standard deviation of the rounding to whole levels, which noise can hide no less than
 _STEPS = 64  # of a level, as 16-bit integers, which are blurred in two thirds of the time
 _MOST_OBLONG = 10.0  # larger to smaller curvature of a peak, as of Lowe's key points
@@ -26,8 +27,8 @@ _HALF = 0.5  # of a peak, above which its pixels are its own
 _REACH = 3.0  # of the blur, within which they lie
 
 
-def at_scales(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
-    """Find the lights of each size, from small to large; scales without any are passed over."""
+def at_scales(histogram: Histogram, min_area_px: int, *, faint: bool = False) -> Iterator[Threshold]:
+    """Find the lights of each size, from small to large, or with faint ones; scales without any are passed over."""
     grey, shrink = grey_of(histogram), 1
     if grey.min() == grey.max():  # as behind a lens cap
         return
@@ -44,7 +45,7 @@ def at_scales(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
         blurred = cv2.GaussianBlur(steps, (0, 0), sigma_px)
         response = cv2.GaussianBlur(steps, (0, 0), _SURROUND * sigma_px)
         np.subtract(blurred, response, out=response)
-        places = _peaks(blurred, response, sigma_px, shrink)
+        places = _peaks(blurred, response, sigma_px, shrink, faint)
         found = _groups(histogram, response, places, sigma_px, shrink, min_area_px) if len(places) else None
         if found is not None:
             yield found
@@ -112,13 +113,16 @@ def _enlarged(places: np.ndarray, shrink: int) -> np.ndarray:
     return (places[:, None] * shrink + off).reshape(-1, 2)
 
 
-def _peaks(blurred: np.ndarray, response: np.ndarray, sigma_px: float, shrink: int) -> np.ndarray:
-    """Rows and columns (N, 2) of the clearest peaks of a response; its noise is that of its median absolute value."""
+def _peaks(blurred: np.ndarray, response: np.ndarray, sigma_px: float, shrink: int, faint: bool) -> np.ndarray:
+    """Rows and columns (N, 2) of the clearest peaks of a response; its noise is that of its median absolute value.
+
+    With faint ones, none where those that are clear are enough.
+    """
     step = max(1, round(math.sqrt(response.size / 20_000)))
     spread = float(np.median(np.abs(response[::step, ::step]))) / 0.6745
     # What rounding leaves of a blurred difference of blurs, and that of each blur to a step, at least.
     noise = max(spread, _QUANTISED * math.hypot(_STEPS * 0.3 / (sigma_px * shrink), 1))
-    floor = _CLEAR_NOISE * noise
+    floor = (_FAINT_NOISE if faint else _CLEAR_NOISE) * noise
     if response.max() <= floor:
         return np.empty((0, 2), np.intp)
     size = 2 * math.ceil(sigma_px) + 1
@@ -128,6 +132,8 @@ def _peaks(blurred: np.ndarray, response: np.ndarray, sigma_px: float, shrink: i
     kept = _are_round(response, rows, columns)
     rows, columns = rows[kept], columns[kept]
     order = np.argsort(-response[rows, columns], kind="stable")[:_MOST_LIGHTS]
+    if faint and (response[rows[order], columns[order]] > _CLEAR_NOISE * noise).all():
+        return np.empty((0, 2), np.intp)
     return np.column_stack([rows[order], columns[order]])
 
 

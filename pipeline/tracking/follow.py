@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.estimate.flow import notes_on, picture_in
-from dockpose.estimate.search import Picture, judge_ring
+from dockpose.estimate.stages import Picture, judge_ring
 from dockpose.lights.markers import Markers, grey_centres, with_fitted_centres
 from dockpose.lights.windows import Spots, spots_in_windows
 from dockpose.settings import Settings

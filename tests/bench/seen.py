@@ -9,6 +9,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -122,6 +123,10 @@ KINDS = {
     "noise-slope": Kind(scenes.on_a_slope),
     "noise-discs": Kind(scenes.dim_discs),
     "noise-broad": Kind(scenes.broad_discs),
+    "faint-slope": Kind(scenes.faint_on_a_slope, right=0.9),
+    "faint-haze": Kind(partial(scenes.hazy, above=(2, 3)), right=0.9),
+    "faint-dark": Kind(partial(scenes.dark_haze, above=(2, 3.5)), right=0.9),
+    "faint-none": Kind(scenes.noise_alone, right=0.0, most_wrong=0.0, pictures=60),
     "contrast": Kind(scenes.dark_enough_to_stretch, look=look_at_both),
     "halos": Kind(scenes.in_glare, within=0.01, right=0.8, most_wrong=0.0),
     "builder-spaced": Kind(scenes.spaced_by_eye, asked_will_do=True),

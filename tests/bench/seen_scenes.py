@@ -165,23 +165,23 @@ def told(rng: np.random.Generator) -> tuple[np.ndarray, Dock]:
     return circle(even(lights)), Dock(DIAMETER_M, lights)
 
 
-def hazy(rng: np.random.Generator) -> Shown:
-    """Twelve diameters away in haze: a bright veil, wide halos, lights 3 to 4.5 times the noise above it."""
+def hazy(rng: np.random.Generator, above: tuple[float, float] = (3, 4.5)) -> Shown:
+    """Twelve diameters away in haze: a bright veil, wide halos, lights so many times the noise above it."""
     lamps = dock_drawn(rng, *told(rng), diameters=12, focal=(0.8, 2.0))
     noise, veil = rng.uniform(3, 5), rng.uniform(80, 140)
     halos = ((0.8, 2.0), (1.0, 5.0))
     return drawn(
-        rng, lamps, background=veil, above=noise * rng.uniform(3, 4.5), halos=halos, noise=noise, jpeg=(90, 98)
+        rng, lamps, background=veil, above=noise * rng.uniform(*above), halos=halos, noise=noise, jpeg=(90, 98)
     )
 
 
-def dark_haze(rng: np.random.Generator) -> Shown:
-    """Fourteen diameters away in dark water, lights 3.5 to 5 times the noise above it."""
+def dark_haze(rng: np.random.Generator, above: tuple[float, float] = (3.5, 5)) -> Shown:
+    """Fourteen diameters away in dark water, lights so many times the noise above it."""
     lamps = dock_drawn(rng, *told(rng), diameters=14, focal=(0.9, 2.2))
     noise, dark = rng.uniform(3, 6), rng.uniform(20, 40)
     halos = ((0.5, 2.0), (0.5, 5.0))
     return drawn(
-        rng, lamps, background=dark, above=noise * rng.uniform(3.5, 5), halos=halos, noise=noise, jpeg=(90, 98)
+        rng, lamps, background=dark, above=noise * rng.uniform(*above), halos=halos, noise=noise, jpeg=(90, 98)
     )
 
 
@@ -191,6 +191,21 @@ def on_a_slope(rng: np.random.Generator) -> Shown:
     slope = ramp(rng, lamps.camera, rng.uniform(40, 60), rng.uniform(120, 160))
     noise = rng.uniform(3, 5)
     return drawn(rng, lamps, background=slope, above=noise * rng.uniform(4, 6), noise=noise)
+
+
+def faint_on_a_slope(rng: np.random.Generator) -> Shown:
+    """Lights 1.6 to 4.5 times the noise above water that grows brighter by 120 to 160 levels across the picture."""
+    lamps = dock_drawn(rng, *told(rng))
+    lamps.share = rng.uniform(5, 14, len(lamps.points_px)) / 14
+    slope = ramp(rng, lamps.camera, rng.uniform(40, 60), rng.uniform(120, 160))
+    return drawn(rng, lamps, background=slope, above=14, noise=3.1)
+
+
+def noise_alone(rng: np.random.Generator) -> Shown:
+    """Water with noise, and nothing else."""
+    camera = camera_drawn(rng)
+    levels = rng.normal(rng.uniform(30, 120), rng.uniform(2, 6), (camera.height, camera.width))
+    return Shown(np.clip(np.rint(levels), 0, 255).astype(np.uint8), camera, Dock(DIAMETER_M, count(rng)))
 
 
 def ramp(rng: np.random.Generator, camera: Camera, low: float, rise: float) -> np.ndarray:

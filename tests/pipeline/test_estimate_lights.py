@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.camera.port import FlatPort
-from dockpose.estimate import search
+from dockpose.estimate import stages
 from dockpose.lights.chance import LEAST_PX
 from dockpose.paper.tables import coded_dock
 from dockpose.pose.circle import rotation_from_angles
@@ -121,14 +121,14 @@ def test_the_same_lamps_are_searched_for_a_ring_once(monkeypatch):
     for x, y in np.random.default_rng(1).integers([20, 20], [620, 460], (14, 2)).tolist():
         cv2.circle(image, (x, y), 5, 255, -1)
     searched = []
-    find = search.ring_in
+    find = stages.ring_in
 
     def watched(points, markers, camera, dock, area_px2, kind):
         if kind != "handmade" and dock.lights == 8:  # nor for lights out of their places, nor for another number
             searched.append(points)
         return find(points, markers, camera, dock, area_px2, kind)
 
-    monkeypatch.setattr(search, "ring_in", watched)
+    monkeypatch.setattr(stages, "ring_in", watched)
     assert estimate(image, CAMERA, Dock(0.30, 8)).status == "not_a_ring"
     for one, other in itertools.combinations(searched, 2):
         apart_px = np.linalg.norm(one[:, None] - other, axis=2)

@@ -40,6 +40,16 @@ def test_lights_on_a_slope_that_is_brighter_than_they_are_are_found():
     assert any(are_lights(found) for found in centres(drawn(2, 25, slope=0.3)))
 
 
+def test_lights_that_only_others_make_sure_are_found_among_faint_peaks():
+    # Of the difference of blurs by 1.6 and 2.56 px .23 of the height is left, and .091 of the noise: 4.8 times as much.
+    histogram = histogram_of(drawn(2, 9.5, noise=5.0))
+    clear = [shapes_of(found).moments for found in at_scales(histogram, 4)]
+    faint = [shapes_of(found).moments for found in at_scales(histogram, 4, faint=True)]
+    assert not any(len(found) >= 4 for found in clear)
+    off = [np.linalg.norm(found[:, None] - PLACES, axis=2).min(axis=0) for found in faint]
+    assert any((off_px < 2).all() for off_px in off)
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_noise_alone_has_next_to_no_lights(seed):
     # Six standard deviations: less than one peak in all scales of a hundred such pictures.

@@ -89,11 +89,26 @@ class Compare extends HTMLElement {
     canvas.setAttribute("aria-hidden", "true");
     const title = make("div", { class: "title" }, make("b", {}, method.label), make("span", { class: "use" }, "Use"));
     const verdict = make("div", { class: "verdict" });
+    const lost = make("div", { class: "lost" }, method.lost);
     const lines = method.lines.map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value)));
     const look = { type: "button", class: "card", "data-method": method.name, "data-kind": method.kind };
-    const card = make("button", look, title, canvas, verdict, make("dl", {}, ...lines));
+    const card = make("button", look, title, canvas, verdict, this.histogram(method), lost, make("dl", {}, ...lines));
     card.addEventListener("click", () => wish({ do: "use", method: method.name }));
     return card;
+  }
+
+  // How many pixels have each level, by their logarithm, and what the method keeps of them.
+  histogram(method) {
+    const heights = this.found.histogram;
+    const canvas = make("canvas", { class: "histogram", width: heights.length, height: 100, "aria-hidden": "true" });
+    const context = canvas.getContext("2d");
+    heights.forEach((height, level) => {
+      context.fillStyle = method.level !== null && level >= method.level ? "#f0a030" : "#9aa4b0";
+      context.fillRect(level, 100 - height, 1, height);
+    });
+    context.fillStyle = "#ffffff";
+    if (method.level !== null) context.fillRect(method.level, 0, 1, 100);
+    return canvas;
   }
 
   // The crop, dim, with the pixels that are kept; around them circles, and lines that stop at these.

@@ -12,7 +12,14 @@ from dockpose.app.drawing.annotated import around_ring, kept_pixels
 from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, status_words
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
-from dockpose.app.processing.comparison import compare_view, error_words, same_comparison, sweep_levels
+from dockpose.app.processing.comparison import (
+    compare_view,
+    error_words,
+    histogram_in,
+    same_comparison,
+    sweep_levels,
+)
+from dockpose.app.processing.losses import best_first, losses
 from dockpose.app.state.changes import with_method
 from dockpose.app.state.view import View
 from dockpose.app.web.charts import SweepChart
@@ -32,7 +39,7 @@ _OUTLINE_STEP = 4  # of the points on the ellipse
 
 
 def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, Any]:
-    """Return a crop around the ring, and for each method what it found there, in pixels of the crop and in words."""
+    """Return a crop around the ring, the histogram, and for each method, the best first, what it found there."""
     part = next(filter(None, (around_ring(one, _AROUND) for one in found.values())), None)
     left, top, right, bottom = part or (0, 0, view.image.shape[1], view.image.shape[0])
     scale = min(1.0, _WIDEST_PX / (right - left))
@@ -47,8 +54,9 @@ def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, A
         return np.round((inside - [left - 0.5, top - 0.5]) * scale, 1).tolist()
 
     grey = cropped(to_levels(to_grey(view.image))[0], cv2.INTER_AREA)
-    methods = []
-    for name, one in found.items():
+    methods, lost = [], losses(found, view)
+    for name in best_first(found, view):
+        one = found[name]
         kept = cropped(255 * kept_pixels(view.image, one).astype(np.uint8), cv2.INTER_AREA)  # none is lost
         outline = geometry.outline(one)
         drawn = {
@@ -58,10 +66,20 @@ def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, A
             "onRing": geometry.on_ring(one).tolist(),
             "ellipse": [] if outline is None else placed(outline[::_OUTLINE_STEP]),
             "dock": [] if one.selected is None else placed(geometry.pose_lines(one.selected, one)[0]),
+            "level": None if one.threshold is None or one.threshold.level >= LEVELS else one.threshold.level,
+            "lost": lost[name].in_words() if name in lost else "",
         }
         methods.append({"name": name, "label": METHODS.short(name)} | method_words(one, view) | drawn)
     picture = base64.b64encode(cv2.imencode(".png", grey)[1].tobytes()).decode()
-    return {"source": view.source, "width": size[0], "height": size[1], "picture": picture, "methods": methods}
+    counts = np.log1p(histogram_in(view, next(iter(found.values()))).counts)
+    return {
+        "source": view.source,
+        "width": size[0],
+        "height": size[1],
+        "picture": picture,
+        "histogram": np.round(100 * counts / counts.max(initial=1.0)).astype(int).tolist(),
+        "methods": methods,
+    }
 
 
 def method_words(found: Estimate, view: View) -> dict[str, Any]:

@@ -1,0 +1,43 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dockpose.app.processing.analysis import analyse
+from dockpose.app.processing.losses import Losses, best_first, losses
+from dockpose.lights.markers import Markers
+
+
+def with_groups(found, points, areas):
+    count = len(points)
+    shown = np.full(count, 200)
+    return replace(found, markers=Markers(np.array(points, float), np.array(areas), shown))
+
+
+@pytest.fixture
+def right(view):
+    return analyse(view).estimate
+
+
+def test_lights_that_are_missed_joined_and_strays_are_counted(view, right):
+    lights = right.markers.points_px[right.ring.on_ring]
+    between = (lights[0] + lights[1]) / 2
+    apart = np.linalg.norm(lights[0] - lights[1])
+    # A group over the first two, one on each of four more, and one in a corner: four of ten are missed.
+    points = [between, *lights[2:6], [1.0, 1.0]]
+    areas = [np.pi * apart**2 / 4 + 20, *[50] * 4, 9]
+    other = with_groups(right, points, areas)
+    assert losses({"one": right, "other": other}, view)["other"] == Losses(10, 4, 2, 1)
+    assert losses({"one": right, "other": other}, view)["one"] == Losses(10, 0, 0, 0)
+
+
+def test_words():
+    assert Losses(10, 2, 4, 1).in_words() == "10 lights: 2 missed, 4 run together; 1 stray"
+    assert Losses(8, 0, 0, 0).in_words() == "8 lights: all apart; 0 strays"
+
+
+def test_methods_that_are_right_come_first_and_none_of_no_dock_last(view, right):
+    nothing = replace(right, status="no_lights", choice=None, ring=None)
+    moved = replace(view, truth=None)
+    found = {"none": nothing, "right": right}
+    assert best_first(found, view) == best_first(found, moved) == ["right", "none"]
+    assert losses({"none": nothing}, view) == {}

@@ -7,7 +7,7 @@ import numpy as np
 from dockpose.app.drawing.colours import BARS_COLOUR, GROUPS_COLOUR, LIGHT_COLOUR, THRESHOLD_COLOUR
 from dockpose.app.drawing.figures import DPI, new_figure
 from dockpose.estimate import Estimate
-from dockpose.paper.lights.levels import Picture
+from dockpose.paper.levels import Picture
 from dockpose.thresholds import LEVELS
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

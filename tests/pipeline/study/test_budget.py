@@ -34,6 +34,8 @@ def test_what_the_files_let_be_off_is_in_the_total():
     # A diameter known to 1 % makes 1 % of the range, beside what the noise does.
     known, rough = (budgets.budget(CAMERA, Dock(0.30, 10, diameter_sigma_m=m), 2.0, 20.0) for m in (1e-9, 0.003))
     assert rough.sigmas == pytest.approx(known.sigmas)
+    assert known.totals is not None
+    assert rough.totals is not None
     assert math.hypot(known.totals[2], 0.02) == pytest.approx(rough.totals[2], rel=0.02)
 
 
@@ -60,6 +62,7 @@ def test_simulated_lights_have_the_expected_errors(camera, lights, range_m, tilt
 def test_the_poses_are_told_apart_as_often_as_expected(noise_px, tilt_deg):
     expected = budgets.budget(CAMERA, DOCK, 3.5, tilt_deg, noise_px).tells_apart
     found = budgets.simulated_budget(CAMERA, DOCK, 3.5, tilt_deg, noise_px, draws=DRAWS).tells_apart
+    assert expected is not None
     # Three standard errors of a share, and two per cent for the lights' roll, which the expected value has at 0.
     assert found == pytest.approx(expected, abs=3 * math.sqrt(expected * (1 - expected) / DRAWS) + 0.02)
 

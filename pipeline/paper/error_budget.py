@@ -70,7 +70,8 @@ def calibrations(camera: Camera, count: int, corner_px: float, seed: int) -> lis
         with _one_thread():
             _, K, distortion, _, _ = cv2.calibrateCamera(model, views, size, np.eye(3), np.zeros(5), criteria=criteria)
         coefficients = tuple(np.asarray(distortion).ravel()[:5].tolist())
-        found.append(Camera(*K[[0, 1, 0, 1], [0, 1, 2, 2]].tolist(), *size, distortion=coefficients, port=camera.port))
+        fx, fy, cx, cy = K[[0, 1, 0, 1], [0, 1, 2, 2]].tolist()
+        found.append(Camera(fx, fy, cx, cy, *size, coefficients, camera.port))
     return found
 
 
@@ -178,7 +179,7 @@ def _draw(
     return ring, noise, believed, Dock(DIAMETER_M + ("diameter" in items) * diameter, lights)
 
 
-def errors_of_pictures(seed: int, **sensor: float) -> tuple[np.ndarray, float]:
+def errors_of_pictures(seed: int, **sensor: Any) -> tuple[np.ndarray, float]:
     """Errors (PICTURES, 12, 5) of rendered pictures, and the root mean square error of a light's x or y in pixels."""
     measured, _, lights = poses_of_tables()
     errors, off_px = np.full((PICTURES, len(measured), 5), np.nan), []

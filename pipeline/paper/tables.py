@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from dockpose.camera.camera import Camera
@@ -48,19 +49,17 @@ def coded_dock(diameter: float) -> Dock:
 
 def _read(name: str, lights: int) -> Table:
     """A table of the paper, by its number."""
-    poses: dict[str, list[list[float]]] = {}
-    with Path(__file__).with_name("tables.csv").open(encoding="utf-8") as file:
-        for table, _, of, *pose in csv.reader(file):
-            if table == name:
-                poses.setdefault(of, []).append([float(value) for value in pose])
-    return Table(lights, **{of: np.array(rows) for of, rows in poses.items()})
+    text = Path(__file__).with_name("tables.csv").read_text(encoding="utf-8")
+    rows = [row for row in csv.reader(text.splitlines()) if row[0] == name]
+    poses = {of: np.array([row[3:] for row in rows if row[2] == of], dtype=float) for of in {row[2] for row in rows}}
+    return Table(lights, **poses)
 
 
 TABLES = {name: _read(name, lights) for name, lights in (("2", 10), ("3", 10), ("4", 12))}
 
 
 def tank_picture(
-    row: np.ndarray, dock: Dock, key: list[int], camera: Camera = CAMERA, **sensor: float
+    row: np.ndarray, dock: Dock, key: list[int], camera: Camera = CAMERA, **sensor: Any
 ) -> tuple[Estimate, Truth]:
     """What is found in a picture of the dock at a pose (5,) of the tables in the tank's water, and the truth."""
     rng = np.random.default_rng(key)
@@ -79,7 +78,8 @@ def reproduced(name: str, seed: int) -> Iterator[tuple[np.ndarray, np.ndarray, n
         pictures = [tank_picture(row, TABLES[name].dock, key) for key in keys]
         # EPnP has the lights that the pipeline found and numbered; right is who chose the nearer of both poses.
         right = [bool(f.candidates) and f.selected is nearest(f.candidates, truth.normal) for f, truth in pictures]
-        ours, epnp = ([numbers_of(pose_by(found)) for found, _ in pictures] for pose_by in (_selected, _by_epnp))
+        ours = [numbers_of(found.selected) for found, _ in pictures]
+        epnp = [numbers_of(_by_epnp(found)) for found, _ in pictures]
         yield np.array(ours), np.array(epnp), np.array(right)
 
 
@@ -89,10 +89,6 @@ def numbers_of(pose: CirclePose | None) -> list[float]:
         return [math.nan] * 5
     x, y, z = (100 * pose.position_m).tolist()
     return [x, y, z, math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad)]
-
-
-def _selected(found: Estimate) -> CirclePose | None:
-    return found.selected
 
 
 def _by_epnp(found: Estimate) -> CirclePose | None:

@@ -1,7 +1,7 @@
 """Figure 15, the threshold methods on one scene and over random scenes; and HATS from its literal reading to ours."""
 
-from collections.abc import Mapping
-from itertools import pairwise
+from collections.abc import Iterable, Mapping
+from itertools import chain, pairwise
 
 import numpy as np
 from dockpose.app.drawing.annotated import kept_pixels
@@ -66,7 +66,7 @@ def figure_15(seed: int) -> Part:
             "one_scene": one_scene,
             "tank": [("scene", *NAMES.values()), *in_tank],
             "main": share_rows(tally, cases),
-            "differences": _difference_rows("HATS less", against),
+            "differences": _interval_rows("HATS less", {name: of.values() for name, of in against.items()}),
         },
         scene=_ONE_SCENE,
         picture=picture,
@@ -108,7 +108,10 @@ def literal_hats(seed: int) -> Part:
     return Part.of(
         "literal_hats",
         {"main": figure},
-        {"main": share_rows(tally, cases), "steps": _difference_rows("step", gains)},
+        {
+            "main": share_rows(tally, cases),
+            "steps": _interval_rows("step", {step: of.values() for step, of in gains.items()}),
+        },
         cases=2 * rivals.SCENES_A_HALF,
         exact=[shares["exact"][name] for name in (LITERAL, OURS)],
         right=[shares["right"][name] for name in (LITERAL, OURS)],
@@ -136,31 +139,28 @@ def _shares(tally: Tally) -> dict[str, dict[str, Share]]:
 
 def share_rows(tally: Tally, rows: Mapping[str, str]) -> Rows:
     """Head and shares of each method in per cent with their intervals; ``rows`` has the methods' names in words."""
-    shares, table = _shares(tally), [[*_head("method"), "plain half", "hard half"]]
-    for method, title in rows.items():
-        of = [shares[column].get(method) for column in COLUMNS]
-        halves = np.split(tally["right"][method], 2) if method in tally["right"] else []
-        in_halves = [100 * float(half.mean()) for half in halves] or [None] * 2
-        table.append([title, *(cell for one in of for cell in _in_per_cent(one)), *in_halves])
+    shares = _shares(tally)
+    head, *table = _interval_rows(
+        "method", {title: [shares[column].get(method) for column in COLUMNS] for method, title in rows.items()}
+    )
+    for method, row in zip(rows, table, strict=True):
+        halves = np.split(tally["right"][method], 2) if method in tally["right"] else [np.array(np.nan)] * 2
+        row += [100 * float(half.mean()) for half in halves]
+    return [[*head, "plain half", "hard half"], *table]
+
+
+def _interval_rows(first: str, rows: Mapping[str, Iterable[Share | Difference | None]]) -> list[list[Cell]]:
+    """Head and rows of values by column in per cent with their intervals."""
+    table: list[list[Cell]] = [[first, *(cell for _, column in _WORDS.values() for cell in (column, "from", "to"))]]
+    for name, of in rows.items():
+        cells = ([None] * 3 if one is None else [100 * one.value, 100 * one.low, 100 * one.high] for one in of)
+        table.append([name, *chain(*cells)])
     return table
-
-
-def _head(first: str) -> list[Cell]:
-    return [first, *(cell for _, column in _WORDS.values() for cell in (column, "from", "to"))]
-
-
-def _in_per_cent(one: Share | Difference | None) -> list[Cell]:
-    return [None] * 3 if one is None else [100 * one.value, 100 * one.low, 100 * one.high]
 
 
 def _differences(tally: Tally, first: str, second: str) -> dict[str, Difference]:
     """By column, the share of the first method less that of the second on the same scenes."""
     return {column: paired_difference(of[first], of[second]) for column, of in tally.items()}
-
-
-def _difference_rows(first: str, differences: Mapping[str, Mapping[str, Difference]]) -> Rows:
-    rows = [[name, *(cell for one in of.values() for cell in _in_per_cent(one))] for name, of in differences.items()]
-    return [_head(first), *rows]
 
 
 def _draw_methods(picture: Picture, found: Mapping[str, Estimate]) -> Figure:

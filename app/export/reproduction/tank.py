@@ -4,6 +4,7 @@ import functools
 import math
 from collections.abc import Mapping
 from operator import itemgetter
+from typing import Any
 
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREY, ORANGE, VERMILLION
@@ -25,7 +26,8 @@ def _table(name: str, seed: int) -> Part:
     mean = np.nanmean(off, axis=(0, 1))
     means = {"paper": table.mean_errors, f"ours, {DRAWS} pictures a pose": mean}
     who = {"paper": table.estimated, "ours": ours[:, 0]}
-    medians, more = {}, {"by_epnp": None, "epnp_scales": None}
+    medians: dict[str, np.ndarray] = {}
+    more: dict[str, Any] = {"by_epnp": None, "epnp_scales": None}
     if table.epnp is not None:
         who |= {"paper's EPnP": table.epnp, "our EPnP": epnp[:, 0]}
         means["paper's EPnP"] = np.abs(table.epnp - table.measured).mean(axis=0)
@@ -35,7 +37,9 @@ def _table(name: str, seed: int) -> Part:
         is_good = (off_epnp[..., 3:] < GROSS_DEG).all(axis=-1) & (off_epnp[..., 2] < 0.05 * table.measured[:, 2, None])
         more["by_epnp"] = np.nanmean(off_epnp[is_good], axis=0), int((~is_good).sum())
         more["epnp_scales"] = _scales(table.epnp - table.measured, table.measured)
-    values, errors, pictures = [["pose", *COLUMNS]], [["pose", *COLUMNS]], [["pose", "picture", "method", *COLUMNS]]
+    values: list[list[Cell]] = [["pose", *COLUMNS]]
+    errors: list[list[Cell]] = [["pose", *COLUMNS]]
+    pictures: list[list[Cell]] = [["pose", "picture", "method", *COLUMNS]]
     for k, measured in enumerate(table.measured):
         values.append([f"{k + 1} measured", *measured.tolist()])
         values += [[f"{k + 1} {name}", *np.round(found[k], 2).tolist()] for name, found in who.items()]

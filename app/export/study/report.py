@@ -134,11 +134,12 @@ def claim_text(summary: Mapping[str, Any]) -> list[str]:
 def factor_text(summary: Mapping[str, Any]) -> list[str]:
     """For each rival, where HATS is better or worse than it by more than chance."""
     where: dict[str, dict[str, list[str]]] = {rival: {"better": [], "worse": []} for rival in RIVALS}
-    for (rival, found), factor in itertools.product(where.items(), summary["factors"].values()):
-        sorts = by_verdict(dict(zip(factor["bins"], factor["against"][rival], strict=True)))
-        for sort in found.keys() & sorts.keys():
-            bins = "throughout" if sorts[sort] == factor["bins"] else listed(sorts[sort])
-            found[sort].append(f"{factor['title']} {bins}")
+    for factor in summary["factors"].values():
+        for rival, found in where.items():
+            sorts = by_verdict(dict(zip(factor["bins"], factor["against"][rival], strict=True)))
+            for sort in found.keys() & sorts.keys():
+                bins = "throughout" if sorts[sort] == factor["bins"] else listed(sorts[sort])
+                found[sort].append(f"{factor['title']} {bins}")
     known = {rival: {sort: found for sort, found in of.items() if found} for rival, of in where.items()}
     return sentences("study.txt", "factors", summary, known)
 

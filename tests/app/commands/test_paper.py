@@ -42,6 +42,7 @@ def test_csv_has_expected_and_simulated_errors_in_full_the_same_for_a_seed(asked
         texts.append(capsys.readouterr().out)
     assert texts[0] == texts[1] != texts[2]
     rows, expected = list(csv.DictReader(io.StringIO(texts[0]))), budget(CAMERA, DOCK, 2.0, 30.0)
+    assert expected.totals is not None
     assert [row["tilt_deg"] for row in rows] == ["0.0", "30.0"]
     assert rows[0]["told_apart"] == rows[0]["simulated_told_apart"] == ""
     cells = {"sigma_z_m": expected.sigmas[2], "sigma_theta_x_deg": expected.sigmas[3]}
@@ -56,6 +57,8 @@ def test_csv_has_expected_and_simulated_errors_in_full_the_same_for_a_seed(asked
     [
         (["--tilts", "90"], "no error budget: tilt_deg is 90.0; it must be within 0 to 85"),
         (["--ranges", "1,x"], "--ranges 1,x must be numbers with commas between them"),
+        (["--tilts=-1"], "tilt_deg is -1.0; it must be within 0 to 85"),
+        (["--ranges", "1,0"], "range_m is 0.0"),
         (["--noise", "0"], "noise_px is 0.0"),
         (["--lights", "3"], "the dock has 3 lights; an error budget needs at least 4"),
         (["--draws", "0"], "draws is 0"),

@@ -89,18 +89,7 @@ def test_what_is_in_view_and_apart(range_m, in_view, apart):
     assert (found.in_view, found.lights_apart) == (in_view, apart)
 
 
-@pytest.mark.parametrize(
-    ("dock", "range_m", "tilt_deg", "noise_px", "words"),
-    [
-        (Dock(0.30), 1.0, 10.0, 0.3, "an unknown number of lights"),
-        (Dock(0.30, 3), 1.0, 10.0, 0.3, "the dock has 3 lights"),
-        (DOCK, 0.0, 10.0, 0.3, "range_m is 0.0"),
-        (DOCK, 1.0, 86.0, 0.3, "tilt_deg is 86.0"),
-        (DOCK, 1.0, -1.0, 0.3, "tilt_deg is -1.0"),
-        (DOCK, 1.0, 10.0, math.nan, "noise_px is nan"),
-    ],
-)
-def test_impossible_questions_are_refused(dock, range_m, tilt_deg, noise_px, words):
-    for ask in (budgets.budget, budgets.simulated_budget):
-        with pytest.raises(ValueError, match=words):
-            ask(CAMERA, dock, range_m, tilt_deg, noise_px)
+@pytest.mark.parametrize("ask", [budgets.budget, budgets.simulated_budget])
+def test_a_dock_of_unknown_lights_has_no_budget(ask):
+    with pytest.raises(ValueError, match="an unknown number of lights"):
+        ask(CAMERA, Dock(0.30), 1.0, 10.0)

@@ -144,8 +144,8 @@ def share_rows(tally: Tally, rows: Mapping[str, str]) -> Rows:
         "method", {title: [shares[column].get(method) for column in COLUMNS] for method, title in rows.items()}
     )
     for method, row in zip(rows, table, strict=True):
-        halves = np.split(tally["right"][method], 2) if method in tally["right"] else [np.array(np.nan)] * 2
-        row += [100 * float(half.mean()) for half in halves]
+        right = tally["right"].get(method)
+        row += [None] * 2 if right is None else [100 * float(half.mean()) for half in np.split(right, 2)]
     return [[*head, "plain half", "hard half"], *table]
 
 

@@ -88,7 +88,7 @@ def test_all_code_is_in_the_wheel(unpacked):
     assert (unpacked / "dockpose" / "py.typed").exists()
     assert (unpacked / "dockpose/simulate/optics/petzold.csv").exists()
     assert (unpacked / "dockpose/paper/tables.csv").exists()
-    assert (unpacked / "dockpose/paper/lights/scenes.toml").exists()
+    assert (unpacked / "dockpose/paper/scenes.toml").exists()
 
 
 def test_static_and_samples_are_in_the_wheel(unpacked):

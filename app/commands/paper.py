@@ -4,7 +4,6 @@ import argparse
 import contextlib
 import csv
 import itertools
-import math
 import os
 from collections.abc import Sequence
 
@@ -53,14 +52,9 @@ def _write(rows: Sequence[tuple[Budget, Budget]], file: Lines) -> None:
     simulated = [f"simulated_{name}" for name in _COLUMNS]
     writer.writerow(["range_m", "tilt_deg", "lights_apart_px", "in_view", *_COLUMNS, *simulated, *TOTAL_COLUMNS])
     for one, other in rows:
-        total = (*(one.sigma_total_position_m or ()), *map(math.degrees, one.sigma_total_theta_rad or ()))
         place = one.range_m, one.tilt_deg, one.apart_px, int(one.in_view)
-        writer.writerow([*place, *_values(one), *_values(other), *total])
-
-
-def _values(one: Budget) -> list[float | str]:
-    chance = "" if one.tells_apart is None else one.tells_apart
-    return [*one.sigma_position_m, *map(math.degrees, one.sigma_theta_rad), chance]
+        found = (cell for each in (one, other) for cell in (*each.sigmas.tolist(), each.tells_apart))  # None is empty
+        writer.writerow([*place, *found, *([] if one.totals is None else one.totals.tolist())])
 
 
 def _print(camera: Camera, dock: Dock, rows: Sequence[tuple[Budget, Budget]], arguments: argparse.Namespace) -> None:

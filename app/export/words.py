@@ -148,12 +148,10 @@ def budget_cells(budget: Budget, simulated: Budget | None = None) -> list[str]:
 
 
 def _numbers(budget: Budget) -> list[str]:
-    x, y, z = (100 * sigma for sigma in budget.sigma_position_m)
-    angle = math.degrees(max(budget.sigma_theta_rad))
+    x, y, z = 100 * budget.sigmas[:3]
     told = None if budget.tells_apart is None else 100 * budget.tells_apart
-    total_m = budget.sigma_total_position_m
-    in_all = MISSING if total_m is None else _digits(100 * total_m[2])
-    return [_digits(max(x, y)), _digits(z), in_all, _digits(angle), number(told, 0)]
+    in_all = MISSING if budget.totals is None else _digits(100 * budget.totals[2])
+    return [_digits(max(x, y)), _digits(z), in_all, _digits(max(budget.sigmas[3:])), number(told, 0)]
 
 
 def _digits(value: float) -> str:
@@ -164,8 +162,11 @@ def _digits(value: float) -> str:
 def budget_sentences(camera: Camera, dock: Dock, noise_px: float = USUAL_NOISE_PX) -> list[str]:
     """Say whose budget it is, and up to where the dock's lights, its range and its attitude can be known."""
     apart = budgets.farthest_apart_m(camera, dock)
-    good = budgets.farthest_within_m(camera, dock, _GOOD_SHARE, 20.0, noise_px)
-    told = {tilt: budgets.farthest_told_m(camera, dock, _SURE, tilt, noise_px) for tilt in (10.0, 20.0)}
+    good = budgets.farthest_m(camera, dock, 20.0, noise_px, lambda one: one.sigmas[2] / one.range_m - _GOOD_SHARE)
+    told = {
+        tilt: budgets.farthest_m(camera, dock, tilt, noise_px, lambda one: _SURE - (one.tells_apart or 0.5))
+        for tilt in (10.0, 20.0)
+    }
     return [
         *sentences("budget.txt", "set_up", camera, dock, numbers.length_words(dock.diameter), noise_px),
         *sentences("budget.txt", "reach", apart, good, _GOOD_SHARE, told, _SURE),

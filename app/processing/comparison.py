@@ -13,7 +13,7 @@ from dockpose.app.processing.background import Progress
 from dockpose.app.state.view import View
 from dockpose.camera.image import to_grey
 from dockpose.lights.masks import hide
-from dockpose.paper.lights.levels import centre_errors_px
+from dockpose.paper.levels import centre_errors_px
 from dockpose.pose.known import pose_error
 from dockpose.thresholds import LEVELS, METHODS, Histogram, MethodError, Threshold, histogram_of
 

@@ -1,14 +1,13 @@
 """The study's scenes by several processes or on a cluster, each kept in a file, so that a killed run can go on."""
 
-import contextlib
 import csv
 import functools
 import hashlib
 import io
 import json
 import os
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor, as_completed
+from collections.abc import Callable
+from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -63,11 +62,13 @@ class Study:
         remove_temporaries(self.folder / _SCENES)
         about = {"seed": self.seed, "scenes": self.scenes, "code": code_print(), "versions": versions()}
         about["methods"] = methods()
-        path = self.folder / _ABOUT
+        path, why = self.folder / _ABOUT, ""
         if path.exists():
-            _check_same(json.loads(path.read_text(encoding="utf-8")), about, self.folder)
+            why = _differs(json.loads(path.read_text(encoding="utf-8")), about)
         elif self._kept():
-            raise UserError(f"--out {self.folder}: has scenes of a study, but no {_ABOUT}; use another folder")
+            why = f"has scenes of a study, but no {_ABOUT}; "
+        if why:
+            raise UserError(f"--out {self.folder}: {why}use another folder")
         write_whole(path, (json.dumps(about, indent=1) + "\n").encode())
         sync_folder(self.folder)
 
@@ -75,12 +76,27 @@ class Study:
         """Work on what is left."""
         kept = self._kept()
         done(len(kept))
-        if todo := [scene for scene in range(self.scenes) if scene not in kept]:
-            with _one_thread(), workers(jobs, scheduler) as (executor, _):
-                for number, (scene, text) in enumerate(_results(executor, self.seed, todo), start=1):
+        todo = [scene for scene in range(self.scenes) if scene not in kept]
+        if not todo:
+            return
+        before = dict(os.environ)
+        os.environ |= dict.fromkeys(_ONE_THREAD, "1")
+        try:
+            with workers(jobs, scheduler) as (executor, _):
+                waiting = {executor.submit(scene_text, self.seed, scene): scene for scene in todo}
+                for number, future in enumerate(as_completed(waiting), start=1):
+                    scene, (code, text) = waiting.pop(future), future.result()
+                    if code != code_print():
+                        raise UserError("a worker runs a different version of dockpose; all must run the same")
+                    if text.count("\n") != 1 + len(methods()):
+                        raise UserError(f"scene {scene}: a worker did not send all of its rows")
                     write_whole(self._path(scene), text.encode())
                     sync_folder(self.folder / _SCENES)
                     done(len(kept) + number)
+        finally:
+            for name in _ONE_THREAD:
+                os.environ.pop(name)
+            os.environ |= before
 
     def _kept(self) -> set[int]:
         """The scenes that are done."""
@@ -124,44 +140,15 @@ def code_print() -> str:
     return total.hexdigest()
 
 
-def _results(executor: Executor, seed: int, scenes: Iterable[int]) -> Iterator[tuple[int, str]]:
-    waiting = {executor.submit(scene_text, seed, scene): scene for scene in scenes}
-    for future in as_completed(waiting):
-        scene = waiting.pop(future)
-        code, text = future.result()
-        if code != code_print():
-            raise UserError("a worker runs a different version of dockpose; all must run the same")
-        if text.count("\n") != 1 + len(methods()):
-            raise UserError(f"scene {scene}: a worker did not send all of its rows")
-        yield scene, text
-
-
-def _check_same(there: dict[str, Any], ours: dict[str, Any], folder: Path) -> None:
-    """Raise UserError where a folder has a different study, or one of more scenes."""
-    before, now, why = there.get("versions", {}), ours["versions"], ""
-    changed = [f"{name} {before.get(name)}, not {now[name]}" for name in now if before.get(name) != now[name]]
+def _differs(there: dict[str, Any], ours: dict[str, Any]) -> str:
+    """Why a folder's study cannot go on as ours; empty where it can."""
     if there.get("seed") != ours["seed"]:
-        why = f"has a study with the seed {there.get('seed')}, not {ours['seed']}; "
-    elif (scenes := there.get("scenes", 0)) > ours["scenes"]:
-        why = f"has a study of {scenes} scenes, more than {ours['scenes']}; give --scenes {scenes} or more, or "
-    elif changed:
-        why = f"its study was begun with {'; '.join(changed)}; "
-    elif there.get("code") != ours["code"]:
-        why = "its study was begun with other code of dockpose; "
-    elif there.get("methods") != ours["methods"]:
-        why = "its study was begun with other threshold methods; "
-    if why:
-        raise UserError(f"--out {folder}: {why}use another folder")
-
-
-@contextlib.contextmanager
-def _one_thread() -> Iterator[None]:
-    """Processes that are started within this context compute with one thread each."""
-    before = {name: os.environ[name] for name in _ONE_THREAD if name in os.environ}
-    os.environ |= dict.fromkeys(_ONE_THREAD, "1")
-    try:
-        yield
-    finally:
-        for name in _ONE_THREAD:
-            os.environ.pop(name, None)
-        os.environ |= before
+        return f"has a study with the seed {there.get('seed')}, not {ours['seed']}; "
+    if (scenes := there.get("scenes", 0)) > ours["scenes"]:
+        return f"has a study of {scenes} scenes, more than {ours['scenes']}; give --scenes {scenes} or more, or "
+    before, now = there.get("versions", {}), ours["versions"]
+    if changed := [f"{name} {before.get(name)}, not {now[name]}" for name in now if before.get(name) != now[name]]:
+        return f"its study was begun with {'; '.join(changed)}; "
+    if there.get("code") != ours["code"]:
+        return "its study was begun with other code of dockpose; "
+    return "" if there.get("methods") == ours["methods"] else "its study was begun with other threshold methods; "

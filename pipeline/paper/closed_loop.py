@@ -1,13 +1,14 @@
 """Table 1 of the paper in closed loop: which of two poses a vehicle ends on that squares up to what it chooses."""
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.estimate import Estimate, estimate
+from dockpose.paper.scenes import CAMERA, DIAMETER_M
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import ClosedLoop, FilmPlan, Lights, RenderedFrame, Scene, Sensor, film
 from dockpose.simulate.optics.water import water_of_turbidity
@@ -16,8 +17,7 @@ from dockpose.simulate.sequence import steer
 from dockpose.study.draw import tilted_pose, unit
 from dockpose.tracking import Tracker
 
-CAMERA = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
-DOCK = Dock(0.30, 10)
+DOCK = Dock(DIAMETER_M, 10)
 RULES = ("literal", "eccentricity", "tracker", "frame")
 RANGE_M, TILT_DEG = (1.5, 6.0), (5.0, 35.0)
 # A step is at most a tenth of the first range, so that ten of them lead onto the axis from anywhere.
@@ -26,23 +26,16 @@ DRIFT_M, DRIFT_DEG = 0.01, 0.5
 SQUARE_ON_DEG = 5.0
 
 
-@dataclass(frozen=True)
-class Course:
+class Course(NamedTuple):
     """One approach, steered by one rule."""
 
     range_m: float  # of the dock in the first frame
-    tilt_deg: float  # angle between its normal and the line of sight there
     # (frames,): whether the chosen pose is the nearer one to the truth, or both are the same within their errors
     right: np.ndarray
     off_axis_deg: np.ndarray  # (frames,): angle between the dock's normal and the line of sight, 0 if square on
 
-    @property
-    def ends_square_on(self) -> bool:
-        """Whether the vehicle ends within 5 degrees of the dock's axis."""
-        return bool(self.off_axis_deg[-1] <= SQUARE_ON_DEG)
 
-
-def draw_approach(seed: int, number: int) -> FilmPlan:
+def draw_approach(seed: int, number: int) -> tuple[Scene, ClosedLoop]:
     """The start of one approach: a dock up to 5 degrees off the camera's axis, in clear to coastal water."""
     rng = np.random.default_rng([seed, 1, number])
     range_m = rng.uniform(*RANGE_M)
@@ -58,76 +51,51 @@ def draw_approach(seed: int, number: int) -> FilmPlan:
         sensor=Sensor(read_noise_levels=rng.uniform(0.5, 2)),
         seed=int(rng.integers(1 << 30)),
     )
-    motion = ClosedLoop(
-        frames=FRAMES, rate_hz=RATE_HZ, speed_m_per_s=SPEED_PER_S * range_m, drift_m=DRIFT_M, drift_deg=DRIFT_DEG
-    )
-    return FilmPlan(scene=scene, motion=motion)
+    speed = SPEED_PER_S * range_m
+    drift: dict[str, float] = {"drift_m": DRIFT_M, "drift_deg": DRIFT_DEG}
+    return scene, ClosedLoop(frames=FRAMES, rate_hz=RATE_HZ, speed_m_per_s=speed, **drift)
 
 
 def run_approach(seed: int, number: int, rule: str) -> Course:
     """Steer one approach by one of ``RULES``: Table 1 by the letter or as we read it, the tracker, each picture."""
+    scene, motion = draw_approach(seed, number)
     # Table 1 begins with either candidate, by a coin that both readings share.
-    plan = draw_approach(seed, number)
     first = int(np.random.default_rng([seed, 2, number]).integers(2))
-    choose = _chooser(rule, plan, first)
+    tracker, state, command = Tracker(CAMERA, DOCK), None, None
     estimates: list[Estimate] = []
 
     def observe(image: np.ndarray, camera: Camera) -> CirclePose | None:
-        estimates.append(estimate(image, camera, DOCK))
-        return choose(estimates[-1])
+        """The pose that the vehicle steers by."""
+        nonlocal state, command
+        found = estimate(image, camera, DOCK)
+        estimates.append(found)
+        if rule == "frame":
+            return found.selected
+        if rule == "tracker":  # which knows how the vehicle was to move since the previous frame
+            tracked = tracker.follow(found, (len(estimates) - 1) / RATE_HZ, command)
+            command = None if tracked.pose is None else steer(tracked.pose, motion)
+            return tracked.pose
+        if found.ellipse is None or len(found.candidates) < 2:
+            return None
+        seen = found.candidates, found.ellipse.eccentricity
+        state = choose_by_table(*seen, state, first, literal=rule == "literal")
+        return found.candidates[state.selected]
 
     frames: list[RenderedFrame] = []
     try:
-        for frame in film(plan, observe):
+        for frame in film(FilmPlan(scene=scene, motion=motion), observe):
             frames.append(frame)
     except ValueError:
         if not frames:
             raise
         # A vehicle that went astray has passed the dock, which is now behind the camera: it has no more frames.
-    rest = plan.frames - len(frames)
+    rest = FRAMES - len(frames)
     right = [_is_right(frame, found) for frame, found in zip(frames, estimates, strict=True)]
-    off_axis_deg = [_off_axis_deg(frame) for frame in frames]
-    return Course(
-        range_m=float(np.linalg.norm(frames[0].truth.position_m)),
-        tilt_deg=off_axis_deg[0],
-        right=np.array(right + [False] * rest),
-        off_axis_deg=np.array(off_axis_deg + off_axis_deg[-1:] * rest),
-    )
-
-
-def _chooser(rule: str, plan: FilmPlan, first: int) -> Callable[[Estimate], CirclePose | None]:
-    """What a rule makes of each frame's estimate: the pose that the vehicle steers by."""
-    if rule == "frame":
-        return lambda found: found.selected
-    if rule == "tracker":
-        return _by_tracker(plan)
-    state = None
-
-    def by_table(found: Estimate) -> CirclePose | None:
-        nonlocal state
-        if found.ellipse is None or len(found.candidates) < 2:
-            return None
-        literal = rule == "literal"
-        state = choose_by_table(found.candidates, found.ellipse.eccentricity, state, first, literal=literal)
-        return found.candidates[state.selected]
-
-    return by_table
-
-
-def _by_tracker(plan: FilmPlan) -> Callable[[Estimate], CirclePose | None]:
-    """The tracker, which knows how the vehicle was to move since the previous frame."""
-    motion = plan.motion
-    assert isinstance(motion, ClosedLoop)
-    tracker, command, frame = Tracker(plan.scene.camera, plan.scene.dock), None, 0
-
-    def by_tracker(found: Estimate) -> CirclePose | None:
-        nonlocal command, frame
-        tracked = tracker.follow(found, frame / motion.rate_hz, command)
-        frame += 1
-        command = None if tracked.pose is None else steer(tracked.pose, motion)
-        return tracked.pose
-
-    return by_tracker
+    truths = [frame.truth for frame in frames]
+    cosines = [-float(truth.normal @ unit(truth.position_m)) for truth in truths]
+    off_deg = [math.degrees(math.acos(max(-1.0, min(1.0, one)))) for one in cosines + cosines[-1:] * rest]
+    range_m = float(np.linalg.norm(truths[0].position_m))
+    return Course(range_m, np.array(right + [False] * rest), np.array(off_deg))
 
 
 def _is_right(frame: RenderedFrame, found: Estimate) -> bool:
@@ -137,21 +105,14 @@ def _is_right(frame: RenderedFrame, found: Estimate) -> bool:
         return False
     if found.choice is not None and found.choice.coincide:
         return True
-    twins = [other for other in found.candidates if other is not pose]
+    twins = [other.normal for other in found.candidates if other is not pose]
     if len(twins) == len(found.candidates):  # predicted: no candidate of this frame
         sight = unit(pose.position_m)
-        return bool(pose.normal @ normal >= (2 * (pose.normal @ sight) * sight - pose.normal) @ normal)
-    return all(bool(pose.normal @ normal >= twin.normal @ normal) for twin in twins)
+        twins = [2 * (pose.normal @ sight) * sight - pose.normal]
+    return all(bool(pose.normal @ normal >= twin @ normal) for twin in twins)
 
 
-def _off_axis_deg(frame: RenderedFrame) -> float:
-    truth = frame.truth
-    cosine = -float(truth.normal @ unit(truth.position_m))
-    return math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
-
-
-@dataclass(frozen=True)
-class Orientation:
+class Orientation(NamedTuple):
     """What Table 1 remembers of a frame: its choice, with the normals (3,) of both candidates."""
 
     selected: int  # index of the chosen candidate

@@ -2,19 +2,23 @@
 
 import csv
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.estimate import Estimate, estimate
-from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.paper.scenes import CAMERA, DIAMETER_M
+from dockpose.pose.circle import CirclePose
 from dockpose.pose.pnp import NoPoseError, solve
-from dockpose.simulate import Pose, Scene, Sensor, render
+from dockpose.simulate import Pose, Scene, Sensor, Truth, render
 from dockpose.study.judge import nearest
 
 COLUMNS = ("x (cm)", "y (cm)", "z (cm)", "theta x (deg)", "theta y (deg)")
+DRAWS = 20  # pictures of each pose, each with its roll and noise
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,11 @@ class Table:
         """The paper's own mean absolute error of each column (5,)."""
         return np.abs(self.estimated - self.measured).mean(axis=0)
 
+    @property
+    def dock(self) -> Dock:
+        """Ten white lights, or twelve of which four are coloured in Table 4."""
+        return Dock(DIAMETER_M, self.lights) if self.epnp is None else coded_dock(DIAMETER_M)
+
 
 def coded_dock(diameter: float) -> Dock:
     """The colour-coded dock of Table 4: 12 lights, white but for two red and two blue; no turn looks the same."""
@@ -40,57 +49,38 @@ def coded_dock(diameter: float) -> Dock:
 
 def _read(name: str, lights: int) -> Table:
     """A table of the paper, by its number."""
-    poses: dict[str, list[list[float]]] = {}
-    with Path(__file__).with_name("tables.csv").open(encoding="utf-8") as file:
-        for table, _, of, *pose in csv.reader(file):
-            if table == name:
-                poses.setdefault(of, []).append([float(value) for value in pose])
-    return Table(lights, **{of: np.array(rows) for of, rows in poses.items()})
+    text = Path(__file__).with_name("tables.csv").read_text(encoding="utf-8")
+    rows = [row for row in csv.reader(text.splitlines()) if row[0] == name]
+    poses = {of: np.array([row[3:] for row in rows if row[2] == of], dtype=float) for of in {row[2] for row in rows}}
+    return Table(lights, **poses)
 
 
 TABLES = {name: _read(name, lights) for name, lights in (("2", 10), ("3", 10), ("4", 12))}
 
 
-CAMERA = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
-DIAMETER_M = 0.30
-DRAWS = 20  # pictures of each pose, each with its roll and noise
-
-
-@dataclass(frozen=True)
-class Row:
-    """One pose of a table, as estimated from rendered pictures."""
-
-    ours: np.ndarray  # estimates of x, y, z in centimetres and theta_x, theta_y in degrees
-    epnp: np.ndarray  # the same by EPnP from the lights that the pipeline found and numbered
-    right: np.ndarray  # whether of the two poses the right one was chosen
-
-
-def tank_scene(row: np.ndarray, dock: Dock, roll_deg: float, seed: int, camera: Camera = CAMERA) -> Scene:
-    """The dock at a pose of the paper's tables (5,), in the water of the tank."""
+def tank_picture(
+    row: np.ndarray, dock: Dock, key: list[int], camera: Camera = CAMERA, **sensor: Any
+) -> tuple[Estimate, Truth]:
+    """What is found in a picture of the dock at a pose (5,) of the tables in the tank's water, and the truth."""
+    rng = np.random.default_rng(key)
     x, y, z = (row[:3] / 100).tolist()
-    pose = Pose(position_m=(x, y, z), theta_x_deg=float(row[3]), theta_y_deg=float(row[4]), roll_deg=roll_deg)
-    sensor = Sensor(colour="bgr" if dock.colours else "grey")
-    return Scene(camera=camera, dock=dock, pose=pose, sensor=sensor, seed=seed)
+    attitude = dict(zip(("theta_x_deg", "theta_y_deg"), row[3:].tolist(), strict=True))
+    pose = Pose(position_m=(x, y, z), **attitude, roll_deg=rng.uniform(0, 360))
+    how = Sensor(colour="bgr" if dock.colours else "grey", **sensor)
+    image, truth = render(Scene(camera=camera, dock=dock, pose=pose, sensor=how, seed=int(rng.integers(1 << 30))))
+    return estimate(image, camera, dock), truth
 
 
-def table_dock(name: str) -> Dock:
-    """The dock of a table: ten white lights, or twelve of which four are coloured in Table 4."""
-    return coded_dock(DIAMETER_M) if TABLES[name].epnp is not None else Dock(DIAMETER_M, TABLES[name].lights)
-
-
-def reproduce_row(name: str, number: int, seed: int, draws: int = DRAWS) -> Row:
-    """Render and estimate one pose of a table of the paper."""
-    row, dock = TABLES[name].measured[number], table_dock(name)
-    normal = -rotation_from_angles(*np.radians(row[3:]))[:, 2]
-    ours, epnp, right = [], [], []
-    for draw in range(draws):
-        rng = np.random.default_rng([seed, 3, int(name), number, draw])
-        image, _ = render(tank_scene(row, dock, rng.uniform(0, 360), int(rng.integers(1 << 30))))
-        found = estimate(image, CAMERA, dock)
-        ours.append(numbers_of(found.selected))
-        epnp.append(numbers_of(_by_epnp(found)))
-        right.append(found.selected is not None and found.selected is nearest(found.candidates, normal))
-    return Row(np.array(ours), np.array(epnp), np.array(right))
+def reproduced(name: str, seed: int) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """For each pose of a table, of ``DRAWS`` pictures: our estimates and EPnP's (DRAWS, 5), and where ours is right."""
+    for number, row in enumerate(TABLES[name].measured):
+        keys = ([seed, 3, int(name), number, draw] for draw in range(DRAWS))
+        pictures = [tank_picture(row, TABLES[name].dock, key) for key in keys]
+        # EPnP has the lights that the pipeline found and numbered; right is who chose the nearer of both poses.
+        right = [bool(f.candidates) and f.selected is nearest(f.candidates, truth.normal) for f, truth in pictures]
+        ours = [numbers_of(found.selected) for found, _ in pictures]
+        epnp = [numbers_of(_by_epnp(found)) for found, _ in pictures]
+        yield np.array(ours), np.array(epnp), np.array(right)
 
 
 def numbers_of(pose: CirclePose | None) -> list[float]:

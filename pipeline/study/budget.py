@@ -15,7 +15,7 @@ from dockpose.pose.circle import rotation_from_angles
 from dockpose.pose.refine import light_rays, refine
 from dockpose.pose.solve import find_poses
 from dockpose.pose.uncertainty import SharedErrors, deviations
-from dockpose.study.judge import nearest, signed_errors
+from dockpose.study.judge import judge_choice
 
 USUAL_NOISE_PX = 0.3  # of a light's centre along each axis; 0.1 for bright, sharp lights, 1 in turbid water
 # Two neighbouring lights are one group where less than this lies between their centres: each is about three pixels
@@ -35,12 +35,10 @@ class Budget:
     tilt_deg: float  # angle between its normal and the line of sight (a yaw)
     apart_px: float  # least distance between the images of two neighbouring lights
     in_view: bool  # whether all lights are in the picture
-    sigma_position_m: tuple[float, float, float]  # standard errors of x, y and z
-    sigma_theta_rad: tuple[float, float]  # standard errors of theta_x and theta_y, given the right one of the two poses
-    # with what camera, diameter and lights' places may be off; None where it was not computed
-    sigma_total_position_m: tuple[float, float, float] | None
-    sigma_total_theta_rad: tuple[float, float] | None
+    sigmas: np.ndarray  # (5,): standard errors of x, y, z in metres, theta_x, theta_y in degrees, of the right pose
     tells_apart: float | None  # chance that the likelier of both poses is right; None where they are the same
+    # (5,): with what camera, diameter and lights' places may be off; None where it was not computed
+    totals: np.ndarray | None = None
 
     @property
     def lights_apart(self) -> bool:
@@ -52,23 +50,19 @@ def budget(camera: Camera, dock: Dock, range_m: float, tilt_deg: float, noise_px
     """Errors to expect, by the covariance of the refined pose; docs/method.md has the bounds far away and the odds."""
     _check(dock, range_m, tilt_deg, noise_px)
     lights_px, rotation, position = _seen(camera, dock, range_m, tilt_deg)
-    sigma_m, sigma_rad = _linear(camera, dock, lights_px, rotation, position, noise_px)
+    sigmas = _linear(camera, dock, lights_px, rotation, position, noise_px)
     radius_px = math.sqrt(math.prod(_focal_px(camera))) * dock.radius / range_m
     # Standard error of the ratio of the ellipse's axes, of a dock square on.
     ratio = 2 * noise_px / (radius_px * math.sqrt(dock.lights or 1))
     alike_deg = math.degrees(math.sqrt(2 * ratio))
     if tilt_deg < alike_deg < _MOST_TILTED_DEG:
-        tilted_m, _ = _linear(camera, dock, *_seen(camera, dock, range_m, alike_deg), noise_px)
-        x, y, z = (max(pair) for pair in zip(sigma_m, tilted_m, strict=True))
-        sigma_m = x, y, z
-        theta_x, theta_y = (min(sigma, math.sqrt(ratio)) for sigma in sigma_rad)
-        sigma_rad = theta_x, theta_y
+        tilted = _linear(camera, dock, *_seen(camera, dock, range_m, alike_deg), noise_px)
+        sigmas = np.concatenate([np.maximum(sigmas, tilted)[:3], np.minimum(sigmas[3:], math.sqrt(ratio))])
     roots = SharedErrors(camera, dock, position).roots(rotation, noise_px).values()
-    shared_m, shared_rad = deviations(np.sum([root @ root.T for root in roots], axis=0), rotation, 1.0)
-    x, y, z, theta_x, theta_y = map(math.hypot, (*sigma_m, *sigma_rad), (*shared_m, *shared_rad))
+    shared = np.concatenate(deviations(np.sum([root @ root.T for root in roots], axis=0), rotation, 1.0))
     tells = _tells_apart(camera, dock, tilt_deg, lights_px, noise_px)
-    seen = _apart(lights_px), _in_view(camera, lights_px)
-    return Budget(range_m, tilt_deg, *seen, sigma_m, sigma_rad, (x, y, z), (theta_x, theta_y), tells)
+    totals = _in_deg(np.hypot(sigmas, shared))
+    return Budget(range_m, tilt_deg, *_view(camera, lights_px), _in_deg(sigmas), tells, totals)
 
 
 def simulated_budget(
@@ -86,23 +80,18 @@ def simulated_budget(
     rng = np.random.default_rng([seed, round(1e6 * range_m), round(1e6 * tilt_deg)])
     lights_px, errors, right = np.empty((0, 2)), [], []
     for _ in range(draws):
-        roll = rng.uniform(0, 2 * math.pi)
-        lights_px, rotation, position = _seen(camera, dock, range_m, tilt_deg, roll)
+        lights_px, rotation, position = _seen(camera, dock, range_m, tilt_deg, rng.uniform(0, 2 * math.pi))
         noisy = lights_px + rng.normal(0, noise_px, lights_px.shape)
         try:
-            _, choice = find_poses(noisy, camera, dock)
+            error, is_right = judge_choice(find_poses(noisy, camera, dock)[1], position, -rotation[:, 2])
         except NoEllipseError:
             continue
-        best = nearest(choice.candidates, -rotation[:, 2])
-        errors.append(signed_errors(best, position, -rotation[:, 2]))
-        right.append(best is choice.candidates[choice.selected])
+        errors.append(error)
+        right.append(is_right)
     if not errors:
         raise ValueError(f"range_m is {range_m!r}; no pose was found in {draws} draws")
-    x, y, z, *theta_deg = np.sqrt(np.mean(np.square(errors), axis=0)).tolist()
-    theta_x, theta_y = map(math.radians, theta_deg)
     tells = None if math.radians(tilt_deg) < _SAME_RAD else float(np.mean(right))
-    in_view = _in_view(camera, lights_px)
-    return Budget(range_m, tilt_deg, _apart(lights_px), in_view, (x, y, z), (theta_x, theta_y), None, None, tells)
+    return Budget(range_m, tilt_deg, *_view(camera, lights_px), np.sqrt(np.mean(np.square(errors), axis=0)), tells)
 
 
 def nearest_m(camera: Camera, dock: Dock) -> float:
@@ -116,24 +105,10 @@ def farthest_apart_m(camera: Camera, dock: Dock) -> float:
     return min(_focal_px(camera)) * _apart(dock.light_points()) / LEAST_APART_PX
 
 
-def farthest_within_m(
-    camera: Camera, dock: Dock, share: float, tilt_deg: float = 20.0, noise_px: float = USUAL_NOISE_PX
-) -> float:
-    """Range, in metres, up to which the standard error of the range is at most a share of it."""
-    return _farthest_m(camera, dock, tilt_deg, noise_px, lambda one: one.sigma_position_m[2] / one.range_m - share)
-
-
-def farthest_told_m(
-    camera: Camera, dock: Dock, chance: float, tilt_deg: float, noise_px: float = USUAL_NOISE_PX
-) -> float:
-    """Range, in metres, up to which both poses at that tilt can be distinguished with at least that chance."""
-    return _farthest_m(camera, dock, tilt_deg, noise_px, lambda one: chance - (one.tells_apart or 0.5))
-
-
-def _farthest_m(
+def farthest_m(
     camera: Camera, dock: Dock, tilt_deg: float, noise_px: float, excess: Callable[[Budget], float]
 ) -> float:
-    """Range where a number of the budget becomes positive, between 0 and where lights can be seen one by one."""
+    """Range, in metres, where a number of the budget becomes positive, up to where lights can be seen one by one."""
     from scipy.optimize import brentq  # takes half a second to import
 
     def rises(log_range: float) -> float:
@@ -164,17 +139,20 @@ def _seen(
     """The lights' images, and the dock's rotation, roll included, and position."""
     rotation = rotation_from_angles(0.0, math.radians(tilt_deg), roll_rad)
     position = np.array([0.0, 0.0, range_m])
-    lights_m = position + dock.light_points() @ rotation.T
-    return camera.project(lights_m), rotation, position
+    return camera.project(position + dock.light_points() @ rotation.T), rotation, position
 
 
 def _linear(
     camera: Camera, dock: Dock, lights_px: np.ndarray, rotation: np.ndarray, position_m: np.ndarray, noise_px: float
-) -> tuple[tuple[float, float, float], tuple[float, float]]:
-    """Standard errors of position and angles by the covariance at a pose."""
+) -> np.ndarray:
+    """Standard errors (5,) of position and angles by the covariance at a pose."""
     rays = light_rays(lights_px, camera, float(position_m[2]))
     fit = refine(rotation[None], position_m[None], dock.light_angles_rad()[None], dock.radius, rays)
-    return deviations(fit.covariances[0], rotation, noise_px)
+    return np.concatenate(deviations(fit.covariances[0], rotation, noise_px))
+
+
+def _in_deg(sigmas: np.ndarray) -> np.ndarray:
+    return np.concatenate([sigmas[:3], np.degrees(sigmas[3:])])
 
 
 def _focal_px(camera: Camera) -> tuple[float, float]:
@@ -188,9 +166,7 @@ def _tells_apart(camera: Camera, dock: Dock, tilt_deg: float, lights_px: np.ndar
         return None
     _, choice = find_poses(lights_px, camera, dock)
     others = [pose.rms_px or 0.0 for index, pose in enumerate(choice.candidates) if index != choice.selected]
-    if not others:
-        return 1.0
-    return NormalDist().cdf(min(others) * math.sqrt(len(lights_px)) / (2 * noise_px))
+    return NormalDist().cdf(min(others) * math.sqrt(len(lights_px)) / (2 * noise_px)) if others else 1.0
 
 
 def _apart(points: np.ndarray) -> float:
@@ -199,5 +175,7 @@ def _apart(points: np.ndarray) -> float:
     return float(np.sqrt((off**2).sum(axis=2) + 1e18 * np.eye(len(off))).min())
 
 
-def _in_view(camera: Camera, lights_px: np.ndarray) -> bool:
-    return bool(((lights_px >= 0) & (lights_px <= [camera.width - 1, camera.height - 1])).all())
+def _view(camera: Camera, lights_px: np.ndarray) -> tuple[float, bool]:
+    """Least distance between the images of two lights, and whether all are in the picture."""
+    inside = (lights_px >= 0) & (lights_px <= [camera.width - 1, camera.height - 1])
+    return _apart(lights_px), bool(inside.all())

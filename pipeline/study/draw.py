@@ -16,38 +16,32 @@ from dockpose.simulate.scene import Scene, Truth, truth_of
 
 # Sizes of pictures, and how often each is drawn; large ones are few for their cost.
 SIZES = {(320, 240): 0.2, (640, 480): 0.42, (800, 600): 0.15, (1280, 720): 0.17, (1920, 1080): 0.06}
-FOCAL_WIDTHS = (0.5, 3.0)  # focal length in widths of the picture
-DIAMETERS_M = (0.2, 0.8)
 FEWEST_LIGHTS, MOST_LIGHTS = 4, 24
 LEAST_RADIUS_PX, LARGEST_RADIUS = 10.0, 0.45  # of the ring square on; the largest in heights of the picture
 LEAST_SPACING_PX = 5.0  # of neighbouring lights square on; closer ones no camera would tell apart
 FARTHEST_M, MOST_LENGTHS = 15.0, 8.0  # range, and range in attenuation lengths, beyond which lamps are not seen
 MOST_TILT_DEG, AWAY_DEG = 60.0, 120.0  # between the dock's normal and the line of sight; away: from there to 180
-LAMP_SPACINGS, LARGEST_LAMP = (0.03, 0.4), 0.25  # radius of a lamp in spacings of the lights; at most, in ring radii
-BRIGHTEST_LEVELS = (100.0, 2000.0)  # of the brightest light, of which 255 can be stored
-AMBIENT_LEVELS, GRADIENT_LEVELS = 120.0, 60.0
-READ_NOISE_LEVELS = (0.5, 6.0)
 MOST_STRAYS = 10
 NO_DOCK = 0.2  # share of the scenes
 STREWN = 2 / 3  # share of those without a dock that have as many more lamps as the dock has lights
 LIT_LEVELS = 25.0  # a pixel to which the lamps add a tenth of the scale is lit
-_PLACES = ("2026-11-20 15:24:59", "IPC 07", "DEPTH 3.2 m")
+_TEXTS = ("2026-11-20 15:24:59", "IPC 07", "DEPTH 3.2 m")
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """A scene of the study."""
+    """A scene that was drawn, of the study or of the report on the paper."""
 
     scene: Scene  # with its lamps as bright as the camera exposes them only after :func:`picture_of`
-    has_dock: bool  # whether a dock faces the camera
-    turbidity: float  # 0 for clear water to 1 for harbour water
     brightest: float  # grey levels, before clipping, that the camera's exposure gives to the brightest light
-    strays: int  # lamps that are not lights of the dock
+    has_dock: bool = True  # whether a dock faces the camera
+    turbidity: float = 0.0  # 0 for clear water to 1 for harbour water
+    strays: int = 0  # lamps that are not lights of the dock
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A rendered scene of the study."""
+    """A rendered scene."""
 
     image: np.ndarray  # (H, W)
     scene: Scene  # what it shows, with its lamps as bright as they are
@@ -59,13 +53,16 @@ class Picture:
 def draw(seed: int, index: int) -> Drawn:
     """Draw scene ``index`` of the study with a seed, as the page of a study says; it depends on nothing else."""
     rng = np.random.default_rng([seed, index])
-    turbidity = float(rng.uniform())
+    turbidity = rng.uniform()
     water = water_of_turbidity(turbidity)
     camera, dock, radius_px = _camera_and_dock(rng, min(FARTHEST_M, MOST_LENGTHS / water.attenuation_per_m))
     z_m = camera.fx * dock.radius / radius_px
     has_dock = bool(rng.random() >= NO_DOCK)
-    tilt_deg = float(rng.uniform(0, MOST_TILT_DEG) if has_dock else rng.uniform(AWAY_DEG, 180))
-    pose = _pose(rng, camera, radius_px, z_m, tilt_deg)
+    tilt_deg = rng.uniform(0, MOST_TILT_DEG) if has_dock else rng.uniform(AWAY_DEG, 180)
+    reach = [max(0.0, side / 2 - 0.8 * radius_px) * z_m / camera.fx for side in (camera.width, camera.height)]
+    position = np.array([*(rng.uniform(-each, each) for each in reach), z_m])
+    around = rng.uniform(0, 2 * math.pi)
+    pose = tilted_pose(position, math.radians(tilt_deg), around, rng.uniform(0, 360))
     lights = _lights(rng, dock)
     strays = _count(rng, 1, MOST_STRAYS) if has_dock else int(rng.integers(1, MOST_STRAYS + 1))
     if not has_dock and rng.random() < STREWN:
@@ -76,13 +73,9 @@ def draw(seed: int, index: int) -> Drawn:
         pose=pose,
         lights=lights,
         water=water,
-        background=Background(
-            level=float(rng.uniform(0, AMBIENT_LEVELS)),
-            gradient_x=float(rng.uniform(-GRADIENT_LEVELS, GRADIENT_LEVELS)),
-            gradient_y=float(rng.uniform(-GRADIENT_LEVELS, GRADIENT_LEVELS)),
-        ),
-        snow=Snow(count=int(rng.integers(5, 61)), level=float(rng.uniform(20, 120))) if rng.random() < 0.4 else None,
-        mirror=Mirror(height_m=z_m * float(rng.uniform(0.15, 0.5)), ripple_deg=float(rng.uniform(0, 1.5)))
+        background=background(rng, 120, 60),
+        snow=Snow(count=int(rng.integers(5, 61)), level=rng.uniform(20, 120)) if rng.random() < 0.4 else None,
+        mirror=Mirror(height_m=z_m * rng.uniform(0.15, 0.5), ripple_deg=rng.uniform(0, 1.5))
         if rng.random() < 0.2
         else None,
         lamps=tuple(_stray(rng, camera, z_m, lights) for _ in range(strays)),
@@ -90,15 +83,14 @@ def draw(seed: int, index: int) -> Drawn:
         sensor=_sensor(rng),
         seed=int(rng.integers(2**31)),
     )
-    return Drawn(scene, has_dock, turbidity, log_uniform(rng, *BRIGHTEST_LEVELS), strays)
+    return Drawn(scene, log_uniform(rng, 100, 2000), has_dock, turbidity, strays)
 
 
 def picture_of(drawn: Drawn) -> Picture:
     """Render a drawn scene once; the lamps' light is scaled to the exposure afterwards."""
     # The picture is that of :func:`dockpose.simulate.render` for the returned scene, but for rounding of its last bit.
     scene = drawn.scene
-    direct, glow = light_of(scene)
-    light = direct + glow
+    light = np.add(*light_of(scene))
     brightest = float(light.max())
     factor = drawn.brightest / brightest if brightest > 0 else 1.0
     light *= np.float32(factor)
@@ -114,31 +106,35 @@ def picture_of(drawn: Drawn) -> Picture:
     return Picture(expose(light, scene), scene, truth_of(scene), lit, saturated)
 
 
+def camera_of_size(rng: np.random.Generator, sizes: dict[tuple[int, int], float]) -> Camera:
+    """A camera with one of some sizes of pictures, as often as each is wanted, and half to three widths of focus."""
+    width, height = list(sizes)[rng.choice(len(sizes), p=list(sizes.values()))]
+    focal_px = width * log_uniform(rng, 0.5, 3)
+    return Camera(focal_px, focal_px, (width - 1) / 2, (height - 1) / 2, width, height)
+
+
+def background(rng: np.random.Generator, most: float, gradient: float) -> Background:
+    """Ambient light of up to so many levels with gradients of up to so many."""
+    ambient, to_right, to_bottom = (rng.uniform(*each) for each in ((0, most), *[(-gradient, gradient)] * 2))
+    return Background(level=ambient, gradient_x=to_right, gradient_y=to_bottom)
+
+
 def _camera_and_dock(rng: np.random.Generator, farthest_m: float) -> tuple[Camera, Dock, float]:
     """Camera, dock, and the radius of its ring in the picture; drawn again where the dock would be too far away."""
     while True:
-        width, height = list(SIZES)[rng.choice(len(SIZES), p=list(SIZES.values()))]
-        focal_px = width * log_uniform(rng, *FOCAL_WIDTHS)
-        dock = Dock(log_uniform(rng, *DIAMETERS_M), int(rng.integers(FEWEST_LIGHTS, MOST_LIGHTS + 1)))
+        camera = camera_of_size(rng, SIZES)
+        dock = Dock(log_uniform(rng, 0.2, 0.8), int(rng.integers(FEWEST_LIGHTS, MOST_LIGHTS + 1)))
         spaced_px = LEAST_SPACING_PX * (dock.lights or 0) / (2 * math.pi)
-        radius_px = log_uniform(rng, max(LEAST_RADIUS_PX, spaced_px), LARGEST_RADIUS * height)
-        if focal_px * dock.radius / radius_px <= farthest_m:
-            camera = Camera(focal_px, focal_px, (width - 1) / 2, (height - 1) / 2, width, height)
+        radius_px = log_uniform(rng, max(LEAST_RADIUS_PX, spaced_px), LARGEST_RADIUS * camera.height)
+        if camera.fx * dock.radius / radius_px <= farthest_m:
             return camera, dock, radius_px
-
-
-def _pose(rng: np.random.Generator, camera: Camera, radius_px: float, z_m: float, tilt_deg: float) -> Pose:
-    reach = [max(0.0, side / 2 - 0.8 * radius_px) * z_m / camera.fx for side in (camera.width, camera.height)]
-    position = np.array([*(rng.uniform(-each, each) for each in reach), z_m])
-    around = float(rng.uniform(0, 2 * math.pi))
-    return tilted_pose(position, math.radians(tilt_deg), around, rng.uniform(0, 360))
 
 
 def tilted_pose(position_m: np.ndarray, tilt_rad: float, around_rad: float, roll_deg: float) -> Pose:
     """A pose at (3,) whose normal is tilted off the line of sight, which is what a camera sees of it, to some side."""
     theta_x, theta_y = map(math.degrees, angles_of(tilted_normal(unit(position_m), tilt_rad, around_rad)))
-    place = tuple(position_m.tolist())
-    return Pose(position_m=place, theta_x_deg=theta_x, theta_y_deg=theta_y, roll_deg=float(roll_deg))
+    x, y, z = position_m.tolist()
+    return Pose(position_m=(x, y, z), theta_x_deg=theta_x, theta_y_deg=theta_y, roll_deg=roll_deg)
 
 
 def tilted_normal(sight: np.ndarray, tilt_rad: float, around_rad: float) -> np.ndarray:
@@ -158,33 +154,33 @@ def _lights(rng: np.random.Generator, dock: Dock) -> Lights:
     spacing_m = 2 * math.pi * dock.radius / number
     dead = rng.choice(number, _count(rng, 0, number // 3), replace=False)
     return Lights(
-        radius_m=min(log_uniform(rng, *LAMP_SPACINGS) * spacing_m, LARGEST_LAMP * dock.radius),
-        beam_exponent=float(rng.uniform(0, 2)),
+        radius_m=min(log_uniform(rng, 0.03, 0.4) * spacing_m, 0.25 * dock.radius),
+        beam_exponent=rng.uniform(0, 2),
         brightness=tuple(rng.uniform(0.35, 1.0, number).tolist()),
         missing=tuple(sorted(dead.tolist())),
     )
 
 
 def _stray(rng: np.random.Generator, camera: Camera, z_m: float, lights: Lights) -> Lamp:
-    depth_m = z_m * float(rng.uniform(0.5, 1.5))
-    x = (float(rng.uniform(0, camera.width - 1)) - camera.cx) / camera.fx * depth_m
-    y = (float(rng.uniform(0, camera.height - 1)) - camera.cy) / camera.fy * depth_m
-    return Lamp(position_m=(x, y, depth_m), level=lights.level * float(rng.uniform(0.2, 1.5)), radius_m=lights.radius_m)
+    depth_m = z_m * rng.uniform(0.5, 1.5)
+    x = (rng.uniform(0, camera.width - 1) - camera.cx) / camera.fx * depth_m
+    y = (rng.uniform(0, camera.height - 1) - camera.cy) / camera.fy * depth_m
+    return Lamp(position_m=(x, y, depth_m), level=lights.level * rng.uniform(0.2, 1.5), radius_m=lights.radius_m)
 
 
 def _texts(rng: np.random.Generator, camera: Camera) -> tuple[Text, ...]:
     x, y = rng.uniform(0, 0.6) * camera.width, rng.uniform(0, 1) * (camera.height - 20)
-    return (Text(text=_PLACES[rng.integers(len(_PLACES))], x_px=float(x), y_px=float(y)),)
+    return (Text(text=_TEXTS[rng.integers(len(_TEXTS))], x_px=x, y_px=y),)
 
 
 def _sensor(rng: np.random.Generator) -> Sensor:
     return Sensor(
         electrons_per_level=log_uniform(rng, 10, 100),
-        read_noise_levels=log_uniform(rng, *READ_NOISE_LEVELS),
-        vignetting=float(rng.uniform(0, 0.4)),
-        blur_px=float(rng.uniform(0.5, 1.5)),
-        motion_blur_px=float(rng.uniform(1, 5)) if rng.random() < 0.15 else 0.0,
-        motion_angle_deg=float(rng.uniform(0, 180)),
+        read_noise_levels=log_uniform(rng, 0.5, 6),
+        vignetting=rng.uniform(0, 0.4),
+        blur_px=rng.uniform(0.5, 1.5),
+        motion_blur_px=rng.uniform(1, 5) if rng.random() < 0.15 else 0.0,
+        motion_angle_deg=rng.uniform(0, 180),
         jpeg_quality=int(rng.integers(40, 96)) if rng.random() < 0.35 else None,
     )
 

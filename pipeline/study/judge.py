@@ -1,10 +1,11 @@
-"""What came of every method on a scene, by physics, beside all that was drawn for it: the rows of the study."""
+"""One trial of the Monte Carlo: what was found in a drawn picture, judged by the truth; and the rows of the study."""
 
 import math
 from collections.abc import Sequence
 
 import numpy as np
 from dockpose.estimate import Estimate, estimate
+from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose
 from dockpose.settings import Settings
 from dockpose.simulate.scene import Truth
@@ -27,12 +28,21 @@ COLUMNS = (
     *(f"sigma_total_{name}_{unit}" for name, unit in UNITS.items()),
 )
 Value = str | int | float | bool | None
+Row = dict[str, Value]
 
 
 def pose_errors(pose: CirclePose, truth: CirclePose | Truth) -> tuple[float, float]:
     """Distance in metres between two positions, and angle in degrees between two normals."""
     angle = math.degrees(_between_rad(pose.normal, truth.normal))
     return float(np.linalg.norm(pose.position_m - truth.position_m)), angle
+
+
+def is_right(pose: CirclePose | None, truth: CirclePose | Truth, share: float = RIGHT_SHARE) -> bool:
+    """Whether a pose is the true one, within a share of the range and ``RIGHT_DEG``."""
+    if pose is None:
+        return False
+    off_m, angle_deg = pose_errors(pose, truth)
+    return off_m / float(np.linalg.norm(truth.position_m)) <= share and angle_deg <= RIGHT_DEG
 
 
 def nearest(candidates: Sequence[CirclePose], normal: np.ndarray) -> CirclePose:
@@ -48,11 +58,15 @@ def signed_errors(pose: CirclePose, position_m: np.ndarray, normal: np.ndarray) 
     return x, y, z, math.degrees(pose.theta_x_rad - true.theta_x_rad), math.degrees(turned)
 
 
-def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> dict[str, Value]:
+def judge_choice(choice: Choice, position_m: np.ndarray, normal: np.ndarray) -> tuple[tuple[float, ...], bool]:
+    """Signed errors (5,) of that of two poses which is nearer to the truth, and whether it was the chosen one."""
+    best = nearest(choice.candidates, normal)
+    return signed_errors(best, position_m, normal), best is choice.candidates[choice.selected]
+
+
+def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> Row:
     """Judge what a method found against the truth, as the page of a study says."""
-    # A dock that is reported off the true direction by more than the ring's radius is false: a vehicle would steer by
-    # it.
-    row: dict[str, Value] = dict.fromkeys(COLUMNS)
+    row: Row = dict.fromkeys(COLUMNS)
     row["status"] = found.status
     row["lights_found"] = None if found.markers is None else len(found.markers)
     row["lights_on_ring"] = found.lights_on_ring
@@ -66,21 +80,18 @@ def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> 
         ("sigma", chosen.sigma_position_m, chosen.sigma_theta_rad),
         ("sigma_total", chosen.sigma_total_position_m, chosen.sigma_total_theta_rad),
     ):
-        thetas_deg = [None if sigma is None else math.degrees(sigma) for sigma in theta_rad or [None] * 2]
-        sigmas = (*(position_m or [None] * 3), *thetas_deg)
-        row |= {f"{prefix}_{name}_{unit}": sigma for (name, unit), sigma in zip(UNITS.items(), sigmas, strict=True)}
+        sigmas = (*(position_m or ()), *map(math.degrees, theta_rad or ()))
+        row |= {f"{prefix}_{name}_{unit}": sigma for (name, unit), sigma in zip(UNITS.items(), sigmas, strict=False)}
+    row["outcome"] = FALSE_DOCK
     if not has_dock:
-        row["outcome"] = FALSE_DOCK
         return row
-    range_m = float(np.linalg.norm(truth.position_m))
-    errors = [pose_errors(pose, truth) for pose in found.candidates]
     off_m, angle_deg = pose_errors(chosen, truth)
-    is_near, is_right = off_m / range_m <= RIGHT_SHARE, _is_right(off_m, angle_deg, range_m)
+    range_m = float(np.linalg.norm(truth.position_m))
     row |= {
-        "chosen_right": is_right,
-        "either_right": any(_is_right(*each, range_m) for each in errors),
-        "chosen_nearer": angle_deg <= min(angle for _, angle in errors),
-        "position_right": is_near,
+        "chosen_right": is_right(chosen, truth),
+        "either_right": any(is_right(pose, truth) for pose in found.candidates),
+        "chosen_nearer": angle_deg <= min(pose_errors(pose, truth)[1] for pose in found.candidates),
+        "position_right": off_m / range_m <= RIGHT_SHARE,
         "position_error_m": off_m,
         "position_error_share": off_m / range_m,
         "angle_error_deg": angle_deg,
@@ -90,13 +101,11 @@ def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> 
         sigma = row[f"sigma_{name}_{unit}"]
         row[f"error_{name}_{unit}"] = error
         row[f"{name}_in_95"] = abs(error) <= HOLD_SIGMAS * sigma if isinstance(sigma, float) else None
+    # A dock that is reported off the true direction by more than the ring's radius is false: a vehicle would steer by
+    # it.
     is_beside = _between_rad(chosen.position_m, truth.position_m) > math.atan2(radius_m, range_m)
-    row["outcome"] = SUCCESS if is_right else FALSE_DOCK if is_beside else WRONG_POSE
+    row["outcome"] = SUCCESS if row["chosen_right"] else FALSE_DOCK if is_beside else WRONG_POSE
     return row
-
-
-def _is_right(off_m: float, angle_deg: float, range_m: float) -> bool:
-    return off_m / range_m <= RIGHT_SHARE and angle_deg <= RIGHT_DEG
 
 
 def _between_rad(one: np.ndarray, other: np.ndarray) -> float:
@@ -125,7 +134,6 @@ def find(label: str, picture: Picture) -> Estimate:
     return estimate(picture.image, scene.camera, scene.dock, settings, fall_back=label == PRODUCT)
 
 
-Row = dict[str, Value]
 ELAPSED = "elapsed_ms"  # the only number that is timed
 DIGITS = 6  # of numbers in files; leaves out the last digits, which differ between machines' linear algebra
 _OF_WATER = ("absorption_per_m", "scattering_per_m", "attenuation_per_m")
@@ -148,9 +156,8 @@ def scene_rows(seed: int, index: int) -> list[Row]:
 def factors_of(drawn: Drawn, picture: Picture) -> Row:
     """All that was drawn for a scene, by name with units."""
     scene, truth = picture.scene, picture.truth
-    camera, sensor, background, water = scene.camera, scene.sensor, scene.background, scene.water
+    camera, dock, background, water = scene.camera, scene.dock, scene.background, scene.water
     range_m = float(np.linalg.norm(truth.position_m))
-    spacing = 2 * math.pi * scene.dock.radius / (scene.dock.lights or 1)
     cosine = float(-truth.normal @ truth.position_m) / range_m
     return {
         "has_dock": drawn.has_dock,
@@ -158,11 +165,11 @@ def factors_of(drawn: Drawn, picture: Picture) -> Row:
         "height_px": camera.height,
         "focal_px": camera.fx,
         "focal_widths": camera.fx / camera.width,
-        "diameter_m": scene.dock.diameter,
+        "diameter_m": dock.diameter,
         "range_m": range_m,
-        "range_diameters": range_m / scene.dock.diameter,
+        "range_diameters": range_m / dock.diameter,
         "attenuation_lengths": water.attenuation_per_m * range_m,
-        "ring_radius_px": camera.fx * scene.dock.radius / float(truth.position_m[2]),
+        "ring_radius_px": camera.fx * dock.radius / float(truth.position_m[2]),
         "tilt_deg": math.degrees(math.acos(max(-1.0, min(1.0, cosine)))),
         "turbidity": drawn.turbidity,
         **{name: getattr(water, name) for name in _OF_WATER},
@@ -171,11 +178,11 @@ def factors_of(drawn: Drawn, picture: Picture) -> Row:
         "brightest_levels": drawn.brightest,
         "lit_share": picture.lit_share,
         "saturated_share": picture.saturated_share,
-        **{name: getattr(sensor, name) for name in _OF_SENSOR},
-        "lights": scene.dock.lights,
+        **{name: getattr(scene.sensor, name) for name in _OF_SENSOR},
+        "lights": dock.lights,
         "missing": len(scene.lights.missing),
         "lights_in_view": int(truth.visible.sum()),
-        "lamp_spacings": scene.lights.radius_m / spacing,
+        "lamp_spacings": scene.lights.radius_m / (2 * math.pi * dock.radius / (dock.lights or 1)),
         "strays": drawn.strays,
         "has_text": bool(scene.texts),
         "has_mirror": scene.mirror is not None,

@@ -44,16 +44,19 @@ def wilson(hits: int, count: int) -> Share:
     return Share(share, 0.0 if hits == 0 else middle - half, 1.0 if hits == count else middle + half, count, hits)
 
 
+def share_of(came: np.ndarray, among: np.ndarray | None = None) -> Share:
+    """In which share of the cases (N,), or of some among them, something came true."""
+    among = np.ones_like(came) if among is None else among
+    return wilson(int((came & among).sum()), int(among.sum()))
+
+
 def paired_difference(first: np.ndarray, second: np.ndarray) -> Difference:
     """Difference of two methods' shares of success on the same scenes, ``first`` and ``second`` (N,) of bool."""
     # The interval is the tenth of Newcombe 1998, Statistics in Medicine 17; the test McNemar's, 1947, Psychometrika 12.
-    both, neither = int((first & second).sum()), int((~first & ~second).sum())
-    one, other = int((first & ~second).sum()), int((~first & second).sum())
-    count = len(first)
+    one, other, count = int((first & ~second).sum()), int((~first & second).sum()), len(first)
     if count == 0:
         return Difference(math.nan, math.nan, math.nan, 0, 0, 0, math.nan)
-    p1, p2 = wilson(both + one, count), wilson(both + other, count)
-    phi = _correlation(both, one, other, neither)
+    p1, p2, phi = share_of(first), share_of(second), _correlation(first, second)
     below1, above1, below2, above2 = p1.value - p1.low, p1.high - p1.value, p2.value - p2.low, p2.high - p2.value
     value = p1.value - p2.value
     low = value - math.sqrt(max(0.0, below1**2 - 2 * phi * below1 * above2 + above2**2))
@@ -62,14 +65,13 @@ def paired_difference(first: np.ndarray, second: np.ndarray) -> Difference:
     return Difference(value, low, high, one, other, count, p_value)
 
 
-def _correlation(both: int, one: int, other: int, neither: int) -> float:
+def _correlation(first: np.ndarray, second: np.ndarray) -> float:
     """Correlation of two paired binary results, with Newcombe's correction for continuity."""
-    margins = (both + one) * (other + neither) * (both + other) * (one + neither)
-    if margins == 0:
-        return 0.0
-    product, half = both * neither - one * other, (both + one + other + neither) / 2
-    corrected = product - half if product > half else min(product, 0)
-    return corrected / math.sqrt(margins)
+    hits, others, count = int(first.sum()), int(second.sum()), len(first)
+    margins = hits * (count - hits) * others * (count - others)
+    product = int((first & second).sum()) * count - hits * others  # both * neither - one * other
+    corrected = product - count / 2 if product > count / 2 else min(product, 0)
+    return corrected / math.sqrt(margins) if margins else 0.0
 
 
 def median(values: np.ndarray) -> Share:

@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 from dockpose.study import judge
 from dockpose.study.judge import HATS, PRODUCT, RIVALS, methods, title_of
-from dockpose.study.statistics import Difference, Share, median, paired_difference, quantile, wilson
+from dockpose.study.statistics import Difference, Share, median, paired_difference, quantile, share_of
 
 _TEXT = frozenset({"method", "status", "outcome", "selected_by"})
 Columns = dict[str, np.ndarray]
@@ -99,6 +99,8 @@ def summary_of(columns: Columns) -> Summary:
     by_method = {label: of_method(columns, label) for label in methods()}
     product = by_method[PRODUCT]
     docks = product["has_dock"] == 1
+    seen = np.isin(product["outcome"], [judge.SUCCESS, judge.WRONG_POSE])  # at a right pose or a wrong one
+    parts = {"all": seen, "nearer": seen & (product["chosen_nearer"] == 1)}
     made = {
         "seed": int(product["seed"][0]),
         "scenes": len(docks),
@@ -111,9 +113,22 @@ def summary_of(columns: Columns) -> Summary:
             for first in (HATS, PRODUCT)
         },
         "factors": {name: _by_factor(factor, by_method) for name, factor in FACTORS.items()},
-        "calibration": _calibration(product),
-        "coverage": _coverage(product),
-        "widen": _widen(product),
+        # How often the chosen one of two poses is the nearer to the truth, and what is reported the dock, as was given.
+        "calibration": {
+            "probability": _reliability(product["probability"], parts["nearer"], seen, PROBABILITY_EDGES),
+            "detection": _reliability(
+                product["detection"], product["outcome"] != judge.FALSE_DOCK, np.ones_like(seen), DETECTION_EDGES
+            ),
+        },
+        # How often the truth is within the 95 % interval: of all poses of the dock, and where the nearer was chosen.
+        "coverage": {
+            name: {key: _held(product[f"{key}_in_95"][rows]) for key in INTERVALS} for name, rows in parts.items()
+        },
+        # The factor on the standard errors with which 95 % intervals would hold 95 %.
+        "widen": {
+            name: quantile(np.abs(product[f"error_{key}"] / product[f"sigma_{key}"])[seen], 0.95) / judge.HOLD_SIGMAS
+            for name, key in ((name, f"{name}_{unit}") for name, unit in judge.UNITS.items())
+        },
     }
     return msgspec.json.decode(msgspec.json.encode(made))  # as JSON has it: in dicts, null where a number is none
 
@@ -122,55 +137,49 @@ def _result(one: Columns) -> dict[str, Any]:
     """What a method reached on some scenes."""
     docks, outcome = one["has_dock"] == 1, one["outcome"]
     hits = docks & (outcome == judge.SUCCESS)
-    seen = docks & ((outcome == judge.SUCCESS) | (outcome == judge.WRONG_POSE))
+    seen = hits | docks & (outcome == judge.WRONG_POSE)
+    share, angle = one["position_error_share"][seen], one["angle_error_deg"][seen]
     return {
-        "success": _came(hits, docks),
-        "false_dock": _came(outcome == judge.FALSE_DOCK, np.ones_like(docks)),
-        "right_of_reported": _came(hits, docks & (outcome != judge.REFUSED)),
-        "nearer": _came(one["chosen_nearer"] == 1, seen),
+        "success": share_of(hits, docks),
+        "false_dock": share_of(outcome == judge.FALSE_DOCK),
+        "right_of_reported": share_of(hits, docks & (outcome != judge.REFUSED)),
+        "nearer": share_of(one["chosen_nearer"] == 1, seen),
         "z_in_95": _held(one["z_in_95"][seen]),
         "too_far": _held(np.where(np.isfinite(one["error_z_m"]), one["error_z_m"] > 0, np.nan)[seen]),
-        "position_error_share": median(one["position_error_share"][seen]),
-        "angle_error_deg": median(one["angle_error_deg"][seen]),
-        "position_error_share_90": quantile(one["position_error_share"][seen], 0.9),
-        "angle_error_deg_90": quantile(one["angle_error_deg"][seen], 0.9),
+        "position_error_share": median(share),
+        "angle_error_deg": median(angle),
+        "position_error_share_90": quantile(share, 0.9),
+        "angle_error_deg_90": quantile(angle, 0.9),
     }
 
 
 def _more(one: Columns) -> dict[str, Any]:
     """The rest of what a method reached, given over all scenes only."""
     docks, outcome = one["has_dock"] == 1, one["outcome"]
-    false = outcome == judge.FALSE_DOCK
     return {
-        "either_right": _came(one["either_right"] == 1, docks),
-        "position_right": _came(one["position_right"] == 1, docks),
-        "wrong_pose": _came(outcome == judge.WRONG_POSE, docks),
-        "refused": _came(outcome == judge.REFUSED, docks),
-        "false_dock_without": _came(false, ~docks),
-        "false_dock_beside": _came(false, docks),
+        "either_right": share_of(one["either_right"] == 1, docks),
+        "position_right": share_of(one["position_right"] == 1, docks),
+        "wrong_pose": share_of(outcome == judge.WRONG_POSE, docks),
+        "refused": share_of(outcome == judge.REFUSED, docks),
+        "false_dock_without": share_of(outcome == judge.FALSE_DOCK, ~docks),
+        "false_dock_beside": share_of(outcome == judge.FALSE_DOCK, docks),
     }
-
-
-def _came(came: np.ndarray, among: np.ndarray) -> Share:
-    """In which share of some scenes something came true."""
-    return wilson(int((came & among).sum()), int(among.sum()))
 
 
 def _difference(first: Columns, second: Columns) -> Difference:
     """First less second in success, on the scenes with a dock."""
     docks = first["has_dock"] == 1
-    return paired_difference((first["outcome"] == judge.SUCCESS)[docks], (second["outcome"] == judge.SUCCESS)[docks])
+    return paired_difference(*((one["outcome"] == judge.SUCCESS)[docks] for one in (first, second)))
 
 
 def _by_factor(factor: Factor, by_method: dict[str, Columns]) -> dict[str, Any]:
     bins = factor.bins_of(by_method[PRODUCT][factor.name])
-    parts = {
-        label: [where(one, bins == number) for number in range(len(factor.labels))] for label, one in by_method.items()
-    }
+    rows = [bins == number for number in range(len(factor.labels))]
+    parts = {label: [where(one, each) for each in rows] for label, one in by_method.items()}
     return {
         "title": factor.title,
         "bins": factor.labels,
-        "scenes": [int((bins == number).sum()) for number in range(len(factor.labels))],
+        "scenes": [int(each.sum()) for each in rows],
         "methods": {label: [_result(part) for part in each] for label, each in parts.items()},
         "against": {
             rival: [_difference(*pair) for pair in zip(parts[HATS], parts[rival], strict=True)] for rival in RIVALS
@@ -178,50 +187,18 @@ def _by_factor(factor: Factor, by_method: dict[str, Columns]) -> dict[str, Any]:
     }
 
 
-def _calibration(product: Columns) -> dict[str, list[dict[str, Any]]]:
-    """How often the chosen one of two poses is the nearer to the truth, and what is reported the dock, as was given."""
-    seen = _seen(product) & np.isfinite(product["probability"])
-    given = np.isfinite(product["detection"])
-    return {
-        "probability": _reliability(product["probability"], product["chosen_nearer"] == 1, seen, PROBABILITY_EDGES),
-        "detection": _reliability(product["detection"], product["outcome"] != judge.FALSE_DOCK, given, DETECTION_EDGES),
-    }
-
-
-def _seen(product: Columns) -> np.ndarray:
-    """Where the dock was seen, at a right pose or a wrong one."""
-    return np.isin(product["outcome"], [judge.SUCCESS, judge.WRONG_POSE])
-
-
 def _reliability(
     given: np.ndarray, came: np.ndarray, among: np.ndarray, edges: tuple[float, ...]
 ) -> list[dict[str, Any]]:
-    factor = Factor("", "", edges)
+    """By the probability that was given, its mean and how often what it was given for came true."""
+    factor, rows = Factor("", "", edges), []
     bins = np.where(among, factor.bins_of(given), -1)
-    rows = []
     for number, label in enumerate(factor.labels):
         here = bins == number
         told = float(given[here].mean()) if here.any() else math.nan
-        rows.append({"bin": label, "told": told, "came": _came(came, here)})
+        rows.append({"bin": label, "told": told, "came": share_of(came, here)})
     return rows
 
 
-def _coverage(product: Columns) -> dict[str, Any]:
-    """How often the truth is within the 95 % interval: of all poses of the dock, and where the nearer was chosen."""
-    seen = _seen(product)
-    parts = {"all": seen, "nearer": seen & (product["chosen_nearer"] == 1)}
-    return {name: {key: _held(product[f"{key}_in_95"][rows]) for key in INTERVALS} for name, rows in parts.items()}
-
-
-def _widen(product: Columns) -> dict[str, float]:
-    """The factor on the standard errors with which 95 % intervals would hold 95 %, number by number."""
-    seen = _seen(product)
-    widths = {}
-    for name, unit in judge.UNITS.items():
-        off = np.abs(product[f"error_{name}_{unit}"][seen]) / product[f"sigma_{name}_{unit}"][seen]
-        widths[name] = quantile(off, 0.95) / judge.HOLD_SIGMAS
-    return widths
-
-
 def _held(held: np.ndarray) -> Share:
-    return _came(held == 1, np.isfinite(held))
+    return share_of(held == 1, np.isfinite(held))

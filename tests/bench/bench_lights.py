@@ -10,10 +10,12 @@ import numpy as np
 from dockpose import Dock, Settings, estimate
 from dockpose.camera.image import to_grey
 from dockpose.lights.markers import find_markers
-from dockpose.paper.lights.levels import any_level_shows_the_lights, are_the_lights, pose_is_right
-from dockpose.paper.lights.scenes import DIAMETER_M, draw_scene
+from dockpose.paper.levels import RIGHT_SHARE, any_level_shows_the_lights, are_the_lights
+from dockpose.paper.scenes import DIAMETER_M, draw_scene
 from dockpose.simulate import render
 from dockpose.simulate.parts import Snow
+from dockpose.study.draw import picture_of
+from dockpose.study.judge import is_right
 from dockpose.thresholds import METHODS, histogram_of
 
 SCENES_A_HALF = 300
@@ -34,8 +36,8 @@ class Result:
 
 def run(job: tuple[int, bool]) -> Result:
     seed, hard = job
-    scene = draw_scene(seed, hard=hard)
-    image, truth = render(scene)
+    picture = picture_of(draw_scene(seed, hard=hard))
+    image, scene, truth = picture.image, picture.scene, picture.truth
     histogram = histogram_of(to_grey(image))
     lights_px = truth.lights_px[truth.visible]
     exact = {}
@@ -44,8 +46,8 @@ def run(job: tuple[int, bool]) -> Result:
         threshold = METHODS[name](own, MIN_AREA_PX, 0)
         exact[name] = are_the_lights(find_markers(to_grey(image), own, threshold, MIN_AREA_PX).points_px, lights_px)
     found = estimate(image, scene.camera, scene.dock)
-    any_level = any_level_shows_the_lights(histogram, lights_px, MIN_AREA_PX)
-    return Result(exact, any_level, pose_is_right(found, truth), found.status, found.elapsed_ms)
+    any_level = any_level_shows_the_lights(histogram, lights_px)
+    return Result(exact, any_level, is_right(found.selected, truth, RIGHT_SHARE), found.status, found.elapsed_ms)
 
 
 @cache
@@ -91,7 +93,7 @@ def without_dock(job: tuple[int, int | None]) -> str:
     """Status of a hard scene whose lights are all out, with more snow."""
     seed, lights = job
     rng = np.random.default_rng(seed)
-    scene = draw_scene(seed, hard=True)
+    scene = draw_scene(seed, hard=True).scene
     dark = msgspec.structs.replace(scene.lights, missing=tuple(range(scene.dock.lights or 0)))
     snow = Snow(count=int(rng.integers(5, 80)), level=float(rng.uniform(20, 150)))
     image, _ = render(msgspec.structs.replace(scene, lights=dark, snow=snow, mirror=None))

@@ -7,7 +7,7 @@ import numpy as np
 from dockpose.app.drawing.colours import BARS_COLOUR, GROUPS_COLOUR, LIGHT_COLOUR, THRESHOLD_COLOUR
 from dockpose.app.drawing.figures import DPI, new_figure
 from dockpose.estimate import Estimate
-from dockpose.paper.lights.levels import Picture
+from dockpose.paper.levels import Picture
 from dockpose.thresholds import LEVELS
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -74,17 +74,11 @@ def show(axes: Axes, image: np.ndarray, title: str, part: Box | None = None, fou
     shown = image[top:bottom, left:right]
     axes.imshow(shown, cmap="gray", vmin=0, vmax=top_value, extent=extent, interpolation="nearest")
     axes.set_title(title, fontsize=SMALL)
-    axes.set_xticks([])
-    axes.set_yticks([])
-    if found is not None:
-        _mark_lights(axes, found)
-
-
-def _mark_lights(axes: Axes, found: Estimate) -> None:
-    if found.markers is not None and found.ring is not None:
+    axes.set(xticks=[], yticks=[])
+    if found is not None and found.markers is not None and found.ring is not None:
         x, y = found.markers.points_px[found.ring.on_ring].T
         axes.plot(x, y, "o", mfc="none", mec=LIGHT_COLOUR, ms=7, mew=1.2)
-    if found.ellipse is not None:
+    if found is not None and found.ellipse is not None:
         x, y = found.ellipse.points().T
         axes.plot(np.append(x, x[0]), np.append(y, y[0]), "-", color=LIGHT_COLOUR, lw=0.8)
 

@@ -3,117 +3,145 @@
 import math
 from collections.abc import Mapping
 
+import msgspec
 import numpy as np
 from dockpose.app.drawing.colours import BARS_COLOUR, BLUE, GREEN, ORANGE, PURPLE, THRESHOLD_COLOUR
 from dockpose.app.export.parts import Cell, Part, Rows
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, draw_histogram, show
-from dockpose.paper.lights import spread as lamps
-from dockpose.paper.lights.spread import HOU_DISTANCE_M, HOU_THETA0_RAD, HOU_WATER, SIDE_PX, LampPicture, lamp_scene
+from dockpose.camera.camera import Camera
+from dockpose.dock import Dock
+from dockpose.simulate import Lights, Pose, Scene
+from dockpose.simulate.optics.glow import light_of
 from dockpose.simulate.optics.psf import ANGLES, PointSpread, Psf, hou_exponent, point_spread
+from dockpose.simulate.optics.water import Water
+from dockpose.simulate.parts import Background, Lamp
+from dockpose.simulate.render import expose
 from dockpose.thresholds import LEVELS
+from dockpose.thresholds.histogram import SMOOTHING
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-_DISTANCES_M = (1.0, 3.0, HOU_DISTANCE_M)
+# The published example of Hou et al.: theta0 = 0.03, w0 = 0.87, c r = 5.5; with c = 1 / m that is 5.5 m.
+_WATER, _THETA0_RAD, _FAR_M = Water(0.13, 0.87), 0.03, 5.5
+_BRIGHTEST = 220.0  # grey levels of the brightest pixel, below saturation
+_SIDE_PX, _FOCAL_PX = 161, 700.0
+_LAMP_RADIUS_PX = 15.0  # so that the lamp's image is much wider than the lens blurs it
+_PEAK_WIDTH = 10  # levels on either side of a peak that belong to it
+_DISTANCES_M = (1.0, 3.0, _FAR_M)
 _SEEN = (math.radians(0.01) < ANGLES) & (math.radians(60) > ANGLES)
 _DRAWS = 3
 _WITHIN_DEG = 1.0
 _NEAR_M = 1.0  # where c r = 1, and direct light still counts
 _TILT_DEG, _OFFSET_PX = 50.0, 30
 _STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREEN, ":"), (PURPLE, "-."))
-_HOU, _POISSON, _VOSS = Psf("hou", theta0_rad=HOU_THETA0_RAD), Psf("hou_poisson", theta0_rad=HOU_THETA0_RAD), Psf()
-_FOR_COMPARISON = "Hou, for comparison"
-_HEAD = (
-    *("picture", "share of direct light", "share of glow", f"of the glow within {_WITHIN_DEG:.0f} deg"),
-    *("peak at level", "pixels in the peak on the lamp (%)", "pixels in the peak, over those below"),
-    "direct light on the lamp (%)",
-)
+_HOU, _POISSON, _VOSS = Psf("hou", theta0_rad=_THETA0_RAD), Psf("hou_poisson", theta0_rad=_THETA0_RAD), Psf()
+_WHERE = {"water": _WATER, "theta0": _THETA0_RAD, "near_m": _NEAR_M, "far_m": _FAR_M}
+
+
+class _LampPicture:
+    """The picture of a lamp (H, W) as the camera stores it, with noise, and its histogram."""
+
+    def __init__(self, scene: Scene, direct: np.ndarray, glow: np.ndarray) -> None:
+        self.direct, self.glow = direct, glow  # (H, W): unscattered and scattered light in grey levels, without noise
+        self.image = expose((scene.background.level + direct + glow).astype(np.float32), scene)
+        is_lamp = direct >= direct.max() / 2  # at least half as much direct light as any
+        self.counts = np.bincount(self.image.ravel(), minlength=LEVELS)
+        self.counts_of_lamp = np.bincount(self.image[is_lamp], minlength=LEVELS)
+        # The highest peak in the upper half of the levels that the picture has, lightly smoothed.
+        half = int(self.image.max()) // 2
+        self.peak = half + int(np.convolve(self.counts, SMOOTHING, mode="same")[half:].argmax())
+        near = np.abs(self.image.astype(int) - self.peak) <= _PEAK_WIDTH
+        self.share_of_lamp_in_peak = float(is_lamp[near].mean())
+        # Pixels in the peak over those in as many levels just below it.
+        width, start = 2 * _PEAK_WIDTH + 1, self.peak - _PEAK_WIDTH
+        below = int(self.counts[max(0, start - width) : start].sum())
+        self.prominence = int(self.counts[start : start + width].sum()) / below if below else math.inf
+        on_lamp = float(direct[is_lamp].sum())
+        self.share_of_direct = on_lamp / (on_lamp + float(glow[is_lamp].sum()))
 
 
 def figure_5(seed: int) -> Part:
     """Hou's function, and the authors' with a Poisson number."""
-    spreads = {f"Hou, {r:g} m": point_spread(_HOU, HOU_WATER, r) for r in _DISTANCES_M}
+    spreads = {f"Hou, {r:g} m": point_spread(_HOU, _WATER, r) for r in _DISTANCES_M}
     rng = np.random.default_rng([seed, *b"poisson"])
-    drawn = {f"Poisson, draw {k + 1}": point_spread(_POISSON, HOU_WATER, HOU_DISTANCE_M, rng) for k in range(_DRAWS)}
-    scenes = [lamp_scene(psf, HOU_WATER, HOU_DISTANCE_M, seed) for psf in (_HOU, _POISSON)]
-    pictures: dict[str, LampPicture] = dict(zip(("Hou", "Poisson"), lamps.lamp_pictures(scenes), strict=True))
-    direct = math.exp(-HOU_WATER.attenuation_per_m * HOU_DISTANCE_M)
+    drawn = {f"Poisson, draw {k + 1}": point_spread(_POISSON, _WATER, _FAR_M, rng) for k in range(_DRAWS)}
+    hou, poisson = _lamp_pictures(*(_lamp_scene(psf, _FAR_M, seed) for psf in (_HOU, _POISSON)))
+    pictures = {"Hou": hou, "Poisson": poisson}
+    direct = math.exp(-_WATER.attenuation_per_m * _FAR_M)
     faintest = min(drawn, key=lambda name: drawn[name].glow_share)  # all of them would hide each other
     return Part.of(
         "figure_5",
         {"main": _draw({**spreads, faintest: drawn[faintest]}, pictures)},
-        {"main": _table(pictures, {"Hou": spreads[f"Hou, {HOU_DISTANCE_M:g} m"]}), "curves": _curves(spreads)},
-        far_m=HOU_DISTANCE_M,
-        exponent=hou_exponent(_HOU, HOU_WATER, HOU_DISTANCE_M),
-        picture=pictures["Hou"],
-        mean=HOU_WATER.scattering_per_m * HOU_DISTANCE_M,
+        {"main": _table(pictures, {"Hou": spreads[f"Hou, {_FAR_M:g} m"]}), "curves": _curves(spreads)},
+        exponent=hou_exponent(_HOU, _WATER, _FAR_M),
+        picture=hou,
+        mean=_WATER.scattering_per_m * _FAR_M,
         numbers=[round(spread.glow_share / direct) for spread in drawn.values()],
-        water=HOU_WATER,
-        theta0=HOU_THETA0_RAD,
+        **_WHERE,
     )
 
 
 def figure_6(seed: int) -> Part:
     """Voss' function, from the modulation transfer function."""
-    spreads = {f"Voss, {r:g} m": point_spread(_VOSS, HOU_WATER, r) for r in _DISTANCES_M}
-    hou = point_spread(_HOU, HOU_WATER, HOU_DISTANCE_M)
-    far, near = f"Voss, {HOU_DISTANCE_M:g} m", f"Voss, {_NEAR_M:g} m"
-    pictures = {name: _picture(_VOSS, distance, seed) for name, distance in ((far, HOU_DISTANCE_M), (near, _NEAR_M))}
-    others = {_FOR_COMPARISON: _picture(_HOU, HOU_DISTANCE_M, seed)}
-    both = {**spreads, _FOR_COMPARISON: hou}
+    near, _, far = names = [f"Voss, {r:g} m" for r in _DISTANCES_M]
+    spreads = {name: point_spread(_VOSS, _WATER, r) for name, r in zip(names, _DISTANCES_M, strict=True)}
+    hou = point_spread(_HOU, _WATER, _FAR_M)
+    places = {far: (_VOSS, _FAR_M), near: (_VOSS, _NEAR_M), "Hou, for comparison": (_HOU, _FAR_M)}
+    pictures = {name: _lamp_pictures(_lamp_scene(*place, seed))[0] for name, place in places.items()}
+    both = {**spreads, "Hou, for comparison": hou}
     return Part.of(
         "figure_6",
-        {"main": _draw(both, pictures)},
-        {"main": _table({**pictures, **others}, both), "curves": _curves(spreads)},
-        near_m=_NEAR_M,
-        far_m=HOU_DISTANCE_M,
+        {"main": _draw(both, {name: pictures[name] for name in (far, near)})},
+        {"main": _table(pictures, both), "curves": _curves(spreads)},
         near=pictures[near],
         far=pictures[far],
-        other=others[_FOR_COMPARISON],
+        other=pictures["Hou, for comparison"],
         within_deg=_WITHIN_DEG,
-        within=[100 * lamps.glow_within(one, math.radians(_WITHIN_DEG)) for one in (spreads[far], hou)],
+        within=[100 * _glow_within(one, math.radians(_WITHIN_DEG)) for one in (spreads[far], hou)],
         voss=spreads[far],
         hou=hou,
-        water=HOU_WATER,
-        theta0=HOU_THETA0_RAD,
+        **_WHERE,
     )
 
 
 def figure_7(seed: int) -> Part:
     """The asymmetric function: the symmetric one seen rotated."""
-    (square, rotated, both), (_, _, far) = (_turned(distance_m, seed) for distance_m in (_NEAR_M, HOU_DISTANCE_M))
+    at: dict[float, tuple[_LampPicture, ...]] = {}
+    for distance_m in (_NEAR_M, _FAR_M):  # square on, rotated, and both in one picture
+        scenes = [_lamp_scene(_VOSS, distance_m, seed, tilt_deg) for tilt_deg in (0.0, _TILT_DEG)]
+        square, rotated = _lamp_pictures(*scenes)
+        at[distance_m] = square, rotated, _side_by_side(square, rotated, scenes[0])
+    (square, rotated, both), (*_, far) = at.values()
     pictures = {"symmetric": square, f"rotated by {_TILT_DEG:.0f} degrees": rotated, "both lamps": both}
+    figure = canvas(8.6, 5.0, PHOTO_DPI)
+    axes = figure.subplots(2, 3, width_ratios=(3, 3, 6))
+    for (above, below), (key, picture) in zip(axes.T, pictures.items(), strict=True):
+        show(above, picture.image, key)
+        levels = np.geomspace(0.15, 0.75, 4) * float(picture.glow[:, :_SIDE_PX].max())
+        above.contour(picture.glow, levels=levels, colors=ORANGE, linewidths=0.8)
+        _draw_counts(below, picture)
+        below.set_xlabel("grey level", fontsize=SMALL)
+    for below in axes[1, 1:]:
+        below.set_ylabel("")
     return Part.of(
         "figure_7",
-        {"main": _draw_rotated(pictures)},
-        {"main": _table({**pictures, f"both lamps at {HOU_DISTANCE_M:g} m": far}, {})},
+        {"main": figure},
+        {"main": _table({**pictures, f"both lamps at {_FAR_M:g} m": far}, {})},
         offset=_OFFSET_PX,
-        sides=[lamps.lopsidedness(one, _OFFSET_PX) for one in (square, rotated)],
-        near_m=_NEAR_M,
-        far_m=HOU_DISTANCE_M,
+        sides=[_lopsidedness(one, _OFFSET_PX) for one in (square, rotated)],
         dimmed=math.cos(math.radians(_TILT_DEG)),
-        near=lamps.two_peaks(both),
-        far=lamps.two_peaks(far),
+        near=_two_peaks(both),
+        far=_two_peaks(far),
+        **{name: _WHERE[name] for name in ("near_m", "far_m")},
     )
 
 
-def _picture(psf: Psf, distance_m: float, seed: int) -> LampPicture:
-    return lamps.lamp_pictures([lamp_scene(psf, HOU_WATER, distance_m, seed)])[0]
-
-
-def _turned(distance_m: float, seed: int) -> tuple[LampPicture, LampPicture, LampPicture]:
-    """A lamp seen square on, one seen rotated, and both in one picture."""
-    scenes = [lamp_scene(_VOSS, HOU_WATER, distance_m, seed, tilt_deg) for tilt_deg in (0.0, _TILT_DEG)]
-    square, rotated = lamps.lamp_pictures(scenes)
-    return square, rotated, lamps.side_by_side(square, rotated, scenes[0])
-
-
-def _table(pictures: Mapping[str, LampPicture], spreads: Mapping[str, PointSpread]) -> Rows:
-    rows: list[tuple[Cell, ...]] = [_HEAD]
+def _table(pictures: Mapping[str, _LampPicture], spreads: Mapping[str, PointSpread]) -> Rows:
+    rows: list[tuple[Cell, ...]] = []
     for key, picture in pictures.items():
         shares: tuple[Cell, ...] = (None,) * 3
         if (spread := spreads.get(key)) is not None:
-            shares = spread.direct_share, spread.glow_share, lamps.glow_within(spread, math.radians(_WITHIN_DEG))
+            shares = spread.direct_share, spread.glow_share, _glow_within(spread, math.radians(_WITHIN_DEG))
         of_peak = (100 * picture.share_of_lamp_in_peak, picture.prominence, 100 * picture.share_of_direct)
         rows.append((key, *shares, picture.peak, *of_peak))
     return rows
@@ -124,15 +152,14 @@ def _curves(spreads: Mapping[str, PointSpread]) -> Rows:
     return [("angle (deg)", *(f"{key} (1/sr)" for key in spreads)), *np.column_stack(columns).tolist()]
 
 
-def _draw(spreads: Mapping[str, PointSpread], pictures: Mapping[str, LampPicture]) -> Figure:
+def _draw(spreads: Mapping[str, PointSpread], pictures: Mapping[str, _LampPicture]) -> Figure:
     figure = canvas(8.6, 5.4, PHOTO_DPI)
     axes = figure.subplot_mosaic([["curves", 0, "counts 0"], ["curves", 1, "counts 1"]], width_ratios=(4, 3, 4))
     curves = axes["curves"]
     for (key, spread), (colour, line) in zip(spreads.items(), _STYLES, strict=False):
         curves.loglog(np.degrees(ANGLES[_SEEN]), spread.glow_per_sr[_SEEN], line, color=colour, label=key, lw=1.5)
-    curves.axvspan(
-        curves.get_xlim()[0], math.degrees(SIDE_PX / 2 / lamps.FOCAL_PX), color=BARS_COLOUR, alpha=0.15, lw=0
-    )
+    widest = math.degrees(_SIDE_PX / 2 / _FOCAL_PX)
+    curves.axvspan(curves.get_xlim()[0], widest, color=BARS_COLOUR, alpha=0.15, lw=0)
     curves.set_xlim(0.01, 60)
     curves.set_xlabel("angle from the lamp (deg)", fontsize=SMALL)
     curves.set_ylabel("glow (1/sr)", fontsize=SMALL)
@@ -145,21 +172,69 @@ def _draw(spreads: Mapping[str, PointSpread], pictures: Mapping[str, LampPicture
     return figure
 
 
-def _draw_rotated(pictures: Mapping[str, LampPicture]) -> Figure:
-    figure = canvas(8.6, 5.0, PHOTO_DPI)
-    axes = figure.subplots(2, 3, width_ratios=(3, 3, 6))
-    for (above, below), (key, picture) in zip(axes.T, pictures.items(), strict=True):
-        show(above, picture.image, key)
-        levels = np.geomspace(0.15, 0.75, 4) * float(picture.glow[:, :SIDE_PX].max())
-        above.contour(picture.glow, levels=levels, colors=ORANGE, linewidths=0.8)
-        _draw_counts(below, picture)
-        below.set_xlabel("grey level", fontsize=SMALL)
-    for below in axes[1, 1:]:
-        below.set_ylabel("")
-    return figure
-
-
-def _draw_counts(axes: Axes, picture: LampPicture) -> None:
+def _draw_counts(axes: Axes, picture: _LampPicture) -> None:
     draw_histogram(axes, picture.counts)
     axes.plot(np.arange(LEVELS), picture.counts_of_lamp + 1, drawstyle="steps-mid", color=BLUE, lw=1.2)
     axes.plot([picture.peak], [2 * picture.counts[picture.peak] + 8], "v", color=THRESHOLD_COLOUR, ms=6)
+
+
+def _lamp_scene(psf: Psf, distance_m: float, seed: int, tilt_deg: float = 0.0) -> Scene:
+    """One lamp on a small camera's axis, 15 pixels in radius at any distance; a tilt turns the glow and dims it."""
+    level, radius_m = math.cos(math.radians(tilt_deg)), _LAMP_RADIUS_PX / _FOCAL_PX * distance_m
+    if tilt_deg:
+        psf = msgspec.structs.replace(psf, tilt_deg=tilt_deg, tilt_axis_deg=90.0)
+    return Scene(
+        camera=Camera(_FOCAL_PX, _FOCAL_PX, (_SIDE_PX - 1) / 2, (_SIDE_PX - 1) / 2, _SIDE_PX, _SIDE_PX),
+        dock=Dock(0.30, 3),
+        pose=Pose(position_m=(0.0, 0.0, distance_m)),
+        lights=Lights(missing=(0, 1, 2)),
+        lamps=(Lamp(position_m=(0.0, 0.0, distance_m), level=level, radius_m=radius_m),),
+        water=_WATER,
+        psf=psf,
+        background=Background(level=8.0),
+        seed=seed,
+    )
+
+
+def _lamp_pictures(*scenes: Scene) -> list[_LampPicture]:
+    """Expose pictures of lamps alike; the brightest pixel of the first gets ``_BRIGHTEST`` grey levels."""
+    light = list(map(light_of, scenes))
+    scale = (_BRIGHTEST - scenes[0].background.level) / float((light[0][0] + light[0][1]).max())
+    pairs = zip(scenes, light, strict=True)
+    return [_LampPicture(scene, scale * direct, scale * glow) for scene, (direct, glow) in pairs]
+
+
+def _side_by_side(one: _LampPicture, other: _LampPicture, scene: Scene) -> _LampPicture:
+    """Put two pictures into one, and expose it anew."""
+    camera = msgspec.structs.replace(scene.camera, width=2 * _SIDE_PX)
+    light = np.hstack([one.direct, other.direct]), np.hstack([one.glow, other.glow])
+    return _LampPicture(msgspec.structs.replace(scene, camera=camera), *light)
+
+
+def _two_peaks(both: _LampPicture) -> tuple[int, int, float]:
+    """Levels of both peaks of :func:`_side_by_side`, the left lamp being brighter, and how far they run together."""
+    # The least number of pixels between them over that at the lower peak: 1 where they are one, 0 if apart.
+    wide = np.convolve(SMOOTHING, SMOOTHING)
+    levels = []
+    for half in (slice(0, _SIDE_PX), slice(_SIDE_PX, None)):
+        direct = both.direct[:, half]
+        counts = np.bincount(both.image[:, half][direct >= direct.max() / 2], minlength=LEVELS)
+        levels.append(int(np.convolve(counts, wide, mode="same").argmax()))
+    smooth = np.convolve(both.counts, wide, mode="same")
+    low, high = sorted(levels)
+    return levels[0], levels[1], float(smooth[low : high + 1].min() / min(smooth[low], smooth[high]))
+
+
+def _glow_within(spread: PointSpread, angle_rad: float) -> float:
+    """Share of the glow that arrives within an angle of the lamp: 2 pi int PSF theta dtheta, in the small angles."""
+    inside = angle_rad >= ANGLES
+    ring = 2 * math.pi * spread.glow_per_sr * ANGLES**2  # d(theta) = theta d(ln theta)
+    return float(np.trapezoid(ring[inside], np.log(ANGLES[inside])) / np.trapezoid(ring, np.log(ANGLES)))
+
+
+def _lopsidedness(picture: _LampPicture, offset_px: int) -> tuple[float, float]:
+    """How far from symmetric the glow is at an offset from the lamp; 1 and 1 where it is symmetric."""
+    middle = _SIDE_PX // 2
+    left, right = picture.glow[middle, [middle - offset_px, middle + offset_px]].tolist()
+    above, below = picture.glow[[middle - offset_px, middle + offset_px], middle].tolist()
+    return left / right, (left + right) / (above + below)

@@ -15,13 +15,14 @@ from matplotlib.figure import Figure
 
 # Key of a result, title of its panel, factor on its numbers, and whether its scale is logarithmic.
 _PANELS = (
-    ("success", "success in %", 100, False),
-    ("false_dock", "false docks in %", 100, False),
-    ("position_error_share", "position error, % of range", 100, True),
-    ("angle_error_deg", "angle error in degrees", 1, True),
+    ("success", "success in %", 100, "linear"),
+    ("false_dock", "false docks in %", 100, "linear"),
+    ("position_error_share", "position error, % of range", 100, "log"),
+    ("angle_error_deg", "angle error in degrees", 1, "log"),
 )
 _STEP = 0.11  # between methods, in bins, so that their intervals stand side by side
 _GRID = {"color": "#dddddd", "linewidth": 0.6}
+_BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.02, 0.5), "frameon": False}
 
 
 def _looks(label: str) -> tuple[str, str]:
@@ -35,21 +36,19 @@ def factor_figure(factor: Mapping[str, Any]) -> Figure:
     others = [label for label in methods() if label not in first]
     groups = {"HATS and the paper's rivals": first, "with local levels, and others": others}
     axes = figure.subplots(2, len(_PANELS), sharex=True, sharey="col")
-    places = range(len(factor["bins"]))
     for row, (group, labels) in zip(axes.tolist(), groups.items(), strict=True):
-        for panel, (key, title, scale, is_log) in zip(row, _PANELS, strict=True):
-            for number, label in enumerate(labels):
-                shares = [one[key] for one in factor["methods"][label]]
-                _line(panel, [place + _STEP * (number - 2) for place in places], shares, label, scale)
-            panel.set_yscale("log" if is_log else "linear")
+        for panel, (key, title, scale, kind) in zip(row, _PANELS, strict=True):
+            shares = {label: [one[key] for one in factor["methods"][label]] for label in labels}
+            _lines(panel, shares, 2, scale)
+            panel.set_yscale(kind)
             panel.tick_params(labelsize=7)
             panel.grid(axis="y", **_GRID)
             panel.set_title(title if labels[0] == HATS else "", fontsize=9)
-            panel.set_xticks(list(places), factor["bins"], rotation=40, ha="right")
+            panel.set_xticks(range(len(factor["bins"])), factor["bins"], rotation=40, ha="right")
         row[0].set_ylim(-3, 103)
         row[0].set_ylabel(group, fontsize=8)
         if row[-1].get_legend_handles_labels()[0]:  # no pose was found in a study of a few scenes
-            row[-1].legend(fontsize=6.5, loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False)
+            row[-1].legend(fontsize=6.5, **_BESIDE)
     figure.supxlabel(factor["title"], fontsize=8)
     # tight_layout would take as long as drawing
     figure.subplots_adjust(0.06, 0.19, 0.87, 0.95, wspace=0.24, hspace=0.1)
@@ -73,26 +72,22 @@ def methods_figure(summary: Mapping[str, Any]) -> Figure:
 
 def against_figure(summary: Mapping[str, Any]) -> Figure:
     """HATS less each rival in success on the same scenes, overall and by factor."""
-    factors = summary["factors"]
+    factors = summary["factors"].values()
     rows = math.ceil((len(factors) + 1) / 4)
     figure = new_figure(11.5, 2.4 * rows)
     axes = figure.subplots(rows, 4, sharey=True).ravel()
     for place, rival in enumerate(RIVALS):
         draw_intervals(axes[0], [place], [summary["against"][HATS][rival]], _looks(rival))
-    names = [title_of(rival) for rival in RIVALS]
-    axes[0].set_xticks(range(len(RIVALS)), names, rotation=35, ha="right", fontsize=6)
-    axes[0].set_title("all scenes with a dock", fontsize=8)
-    for panel, factor in zip(axes[1:], factors.values(), strict=False):
-        for number, rival in enumerate(RIVALS):
-            places = [place + _STEP * (number - 1.5) for place in range(len(factor["bins"]))]
-            _line(panel, places, factor["against"][rival], rival, 100)
-        panel.set_xticks(range(len(factor["bins"])), factor["bins"], rotation=35, ha="right", fontsize=6)
-        panel.set_title(factor["title"], fontsize=8)
-    for panel in axes[: len(factors) + 1]:
+    for panel, factor in zip(axes[1:], factors, strict=False):
+        _lines(panel, factor["against"], 1.5, 100)
+    names = [("all scenes with a dock", list(map(title_of, RIVALS))), *((one["title"], one["bins"]) for one in factors)]
+    for panel, (title, ticks) in zip(axes, names, strict=False):
+        panel.set_xticks(range(len(ticks)), ticks, rotation=35, ha="right", fontsize=6)
+        panel.set_title(title, fontsize=8)
         panel.axhline(0, color="black", linewidth=0.8)
         panel.grid(axis="y", **_GRID)
         panel.tick_params(axis="y", labelsize=7)
-    for panel in axes[len(factors) + 1 :]:
+    for panel in axes[len(names) :]:
         panel.axis("off")
     axes[-1].legend(*axes[1].get_legend_handles_labels(), fontsize=8, loc="center")
     figure.supylabel("HATS less the rival, in percentage points of success", fontsize=8)
@@ -107,20 +102,18 @@ def calibration_figure(summary: Mapping[str, Any]) -> Figure:
     titles = {"probability": "chosen pose is the nearer, in %", "detection": "what is reported is the dock, in %"}
     for panel, (key, title) in zip(axes, titles.items(), strict=False):
         rows = [row for row in summary["calibration"][key] if row["came"]["count"]]
-        places = range(len(rows))
         came = [row["came"] for row in rows]
-        draw_intervals(panel, places, came, (BLUE, "o"), label="came true, with 95 % interval")
+        draw_intervals(panel, range(len(rows)), came, (BLUE, "o"), label="came true, with 95 % interval")
         given = [100 * row["told"] for row in rows]
-        panel.plot(places, given, "x", color=VERMILLION, label="given, on average" if rows else None)
+        panel.plot(given, "x", color=VERMILLION, label="given, on average" if rows else None)
         names = [f"{row['bin']}\n({row['came']['count']})" for row in rows]
-        panel.set_xticks(list(places), names, fontsize=6, rotation=30)
+        panel.set_xticks(range(len(rows)), names, fontsize=6, rotation=30)
         panel.set_xlabel(f"{key} that was given (cases)", fontsize=8)
         panel.set_title(title, fontsize=9)
-    parts = {
-        "all": ("all poses of the dock", (BLUE, "o"), -0.1),
-        "nearer": ("where the nearer was chosen", (GREEN, "s"), 0.1),
-    }
-    for name, (words, looks, aside) in parts.items():
+    for name, words, looks, aside in (
+        ("all", "all poses of the dock", (BLUE, "o"), -0.1),
+        ("nearer", "where the nearer was chosen", (GREEN, "s"), 0.1),
+    ):
         shares = list(summary["coverage"][name].values())
         draw_intervals(axes[2], [place + aside for place in range(len(shares))], shares, looks, label=words)
     axes[2].axhline(95, color="black", linewidth=0.8, linestyle="--")
@@ -149,11 +142,15 @@ def cost_figure(cost: Mapping[str, Mapping[int, float]]) -> Figure:
     widths = sorted({width for by_width in cost.values() for width in by_width})
     axes.set_xticks(widths, [str(width) for width in widths])
     axes.set_xticks([], minor=True)
-    axes.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False)
+    axes.legend(fontsize=7, **_BESIDE)
     figure.tight_layout()
     return figure
 
 
-def _line(axes: Axes, places: Sequence[float], shares: Sequence[Mapping[str, Any]], label: str, scale: float) -> None:
-    colour, mark = _looks(label)
-    draw_intervals(axes, places, shares, (colour, f"{mark}-"), scale=scale, ms=3.5, label=title_of(label))
+def _lines(axes: Axes, shares: Mapping[str, Sequence[Mapping[str, Any]]], middle: float, scale: float) -> None:
+    """Draw what each method reached in each bin, side by side about the bin's place."""
+    for number, (label, of_bins) in enumerate(shares.items()):
+        colour, mark = _looks(label)
+        places = [place + _STEP * (number - middle) for place in range(len(of_bins))]
+        looks = colour, f"{mark}-"
+        draw_intervals(axes, places, of_bins, looks, scale=scale, ms=3.5, label=title_of(label))

@@ -23,6 +23,7 @@ PLOTS = "plots"  # folder of the plots and tables
 _RANGES = ("range_diameters", "ring_radius_px", "attenuation_lengths")
 _TRUSTED = 0.9  # of the poses reported, from which on a range counts as one where they can be relied on
 _SHORT = (0, 2, 3, 7, 9)  # columns of the table by range that an operator needs
+_OF_ALL = ("either_right", "position_right", "wrong_pose", "refused", "false_dock_beside", "false_dock_without")
 
 
 def write_report(folder: Path) -> Path:
@@ -57,13 +58,12 @@ def advice_html(summary: Mapping[str, Any], *, with_tables: bool = True) -> str:
 
 def trust_table(summary: Mapping[str, Any], name: str) -> NumberTable:
     """How far the program's pose can be trusted, by the bins of a factor."""
-    factor = summary["factors"][name]
-    rows = []
+    factor, rows = summary["factors"][name], []
     for label, result in zip(factor["bins"], factor["methods"][PRODUCT], strict=True):
-        shares = [_hundred(result[key]["value"]) for key in ("success", "right_of_reported", "nearer", "z_in_95")]
-        errors = [_hundred(result["position_error_share"]["value"]), _hundred(result["position_error_share_90"])]
-        angles = [result["angle_error_deg"]["value"], result["angle_error_deg_90"]]
-        rows.append([label, result["success"]["count"], *shares, *errors, *angles])
+        shares = (result[key]["value"] for key in ("success", "right_of_reported", "nearer", "z_in_95"))
+        cells = [*shares, result["position_error_share"]["value"], result["position_error_share_90"]]
+        angles = result["angle_error_deg"]["value"], result["angle_error_deg_90"]
+        rows.append([label, result["success"]["count"], *map(_hundred, cells), *angles])
     return NumberTable.of("trust", "main", f"trust_{name}", rows, title=factor["title"])
 
 
@@ -74,71 +74,51 @@ def parts_of(summary: Mapping[str, Any], cost: Columns) -> list[Part]:
     def part(key: str, figures: Mapping[str, Figure], tables: Mapping[str, Rows], *paragraphs: str) -> Part:
         return Part.of(key, figures, tables, files="", text="\n\n".join(paragraphs), **numbers)
 
-    against = {"hats_against": plots.against_figure(summary)}
-    claims = *claim_text(summary), *factor_text(summary)
-    calibration = {"calibration": plots.calibration_figure(summary)}
+    against: list[list[Cell]] = []
+    for first, rival in itertools.product((HATS, PRODUCT), RIVALS):
+        one = summary["against"][first][rival]
+        counts = [one[key] for key in ("first_only", "second_only", "p_value")]
+        against.append([title_of(first), title_of(rival), *_with_interval(one), *counts])
+    of_all: list[list[Cell]] = []
+    for result in summary["methods"].values():
+        others = (_hundred(result[key]["value"]) for key in (*_OF_ALL, "position_error_share"))
+        of_all.append(
+            [result["title"], *_with_interval(result["success"]), *others, result["angle_error_deg"]["value"]]
+        )
+    times = {label: of_method(cost, label) for label in methods()}
+    by_width = {
+        label: {int(w): float(np.median(one[ELAPSED][one["width_px"] == w])) for w in np.unique(one["width_px"])}
+        for label, one in times.items()
+    }
+    costs = [[title_of(label), *np.quantile(one[ELAPSED], (0.5, 0.95, 1.0)).tolist()] for label, one in times.items()]
     by = [
         Plot.of(f"by_{name}", words("factors", "plots", "by", title=factor["title"]), plots.factor_figure(factor))
         for name, factor in summary["factors"].items()
     ]
+    claims = *claim_text(summary), *factor_text(summary)
     return [
-        part("claim", against, {"hats_against": _against_rows(summary)}, *claims),
-        part("all", {"methods": plots.methods_figure(summary)}, {"methods": _methods_rows(summary)}),
+        part("claim", {"hats_against": plots.against_figure(summary)}, {"hats_against": against}, *claims),
+        part("all", {"methods": plots.methods_figure(summary)}, {"methods": of_all}),
         dataclasses.replace(part("factors", {}, {"factors": _factors_rows(summary)}), plots=by),
-        part("calibration", calibration, {}, *calibration_text(summary)),
-        part("cost", {"cost": plots.cost_figure(_cost_by_width(cost))}, {"cost_of_methods": _cost_rows(cost)}),
+        part("calibration", {"calibration": plots.calibration_figure(summary)}, {}, *calibration_text(summary)),
+        part("cost", {"cost": plots.cost_figure(by_width)}, {"cost_of_methods": costs}),
     ]
-
-
-def _methods_rows(summary: Mapping[str, Any]) -> Rows:
-    shares = ("either_right", "position_right", "wrong_pose", "refused", "false_dock_beside", "false_dock_without")
-    rows: list[list[Cell]] = []
-    for result in summary["methods"].values():
-        success = [_hundred(result["success"][key]) for key in ("value", "low", "high")]
-        others = [_hundred(result[key]["value"]) for key in (*shares, "position_error_share")]
-        rows.append([result["title"], *success, *others, result["angle_error_deg"]["value"]])
-    return rows
-
-
-def _against_rows(summary: Mapping[str, Any]) -> Rows:
-    rows: list[list[Cell]] = []
-    for first, rival in itertools.product((HATS, PRODUCT), RIVALS):
-        one = summary["against"][first][rival]
-        points = [_hundred(one[key]) for key in ("value", "low", "high")]
-        counts = [one[key] for key in ("first_only", "second_only", "p_value")]
-        rows.append([title_of(first), title_of(rival), *points, *counts])
-    return rows
 
 
 def _factors_rows(summary: Mapping[str, Any]) -> Rows:
     """Everything in the plots, as a file."""
     keys = ("success", "false_dock", "position_error_share", "angle_error_deg")
-    pairs = [(key, part) for key in keys for part in ("value", "low", "high", "count")]
-    return [
-        ["factor", "bin", "method", *(f"{key}_{part}" for key, part in pairs)],
-        *(
-            [name, label, method, *(result[key][part] for key, part in pairs)]
-            for name, factor in summary["factors"].items()
-            for method, results in factor["methods"].items()
-            for label, result in zip(factor["bins"], results, strict=True)
-        ),
-    ]
+    pairs = list(itertools.product(keys, ("value", "low", "high", "count")))
+    rows: list[list[Cell]] = [["factor", "bin", "method", *(f"{key}_{part}" for key, part in pairs)]]
+    for name, factor in summary["factors"].items():
+        for method, results in factor["methods"].items():
+            for label, result in zip(factor["bins"], results, strict=True):
+                rows.append([name, label, method, *(result[key][part] for key, part in pairs)])
+    return rows
 
 
-def _cost_by_width(cost: Columns) -> dict[str, dict[int, float]]:
-    found = {}
-    for label in methods():
-        one = of_method(cost, label)
-        widths = sorted({int(width) for width in one["width_px"]})
-        found[label] = {width: float(np.median(one[ELAPSED][one["width_px"] == width])) for width in widths}
-    return found
-
-
-def _cost_rows(cost: Columns) -> Rows:
-    return [
-        [title_of(label), *np.quantile(of_method(cost, label)[ELAPSED], (0.5, 0.95, 1.0)).tolist()]
-        for label in methods()
-    ]
+def _with_interval(one: Mapping[str, Any]) -> list[float | None]:
+    return [_hundred(one[key]) for key in ("value", "low", "high")]
 
 
 def _hundred(value: float | None) -> float | None:
@@ -153,30 +133,23 @@ def claim_text(summary: Mapping[str, Any]) -> list[str]:
 
 def factor_text(summary: Mapping[str, Any]) -> list[str]:
     """For each rival, where HATS is better or worse than it by more than chance."""
-    where: dict[str, dict[str, list[str]]] = {rival: {} for rival in RIVALS}
-    for rival, found in where.items():
-        for sort in ("better", "worse"):
-            if bins := _bins(summary, rival, sort):
-                found[sort] = bins
-    return sentences("study.txt", "factors", summary, where)
-
-
-def _bins(summary: Mapping[str, Any], rival: str, sort: str) -> list[str]:
-    """The bins of each factor in which HATS is better, or worse."""
-    found = []
+    where: dict[str, dict[str, list[str]]] = {rival: {"better": [], "worse": []} for rival in RIVALS}
     for factor in summary["factors"].values():
-        names = by_verdict(dict(zip(factor["bins"], factor["against"][rival], strict=True))).get(sort)
-        if names:
-            found.append(f"{factor['title']} {'throughout' if names == factor['bins'] else listed(names)}")
-    return found
+        for rival, found in where.items():
+            sorts = by_verdict(dict(zip(factor["bins"], factor["against"][rival], strict=True)))
+            for sort in found.keys() & sorts.keys():
+                bins = "throughout" if sorts[sort] == factor["bins"] else listed(sorts[sort])
+                found[sort].append(f"{factor['title']} {bins}")
+    known = {rival: {sort: found for sort, found in of.items() if found} for rival, of in where.items()}
+    return sentences("study.txt", "factors", summary, known)
 
 
 def calibration_text(summary: Mapping[str, Any]) -> list[str]:
     """Whether probabilities and intervals hold, and what a range that is too long or too short does to them."""
-    off = {}
-    for key, rows in summary["calibration"].items():
-        given = [row for row in rows if row["came"]["count"]]
-        off[key] = [row for row in given if not row["came"]["low"] <= row["told"] <= row["came"]["high"]]
+    off = {
+        key: [r for r in rows if r["came"]["count"] and not r["came"]["low"] <= r["told"] <= r["came"]["high"]]
+        for key, rows in summary["calibration"].items()
+    }
     too_far, lamps = summary["methods"][PRODUCT]["too_far"], _product_by(summary["factors"]["lamp_spacings"])
     return sentences("study.txt", "calibration", summary, off, too_far, lamps)
 
@@ -188,22 +161,16 @@ def advice_text(summary: Mapping[str, Any]) -> list[str]:
     reached = {}
     for factor in (summary["factors"][name] for name in (*_RANGES, "lit_share")):
         reached[factor["title"]] = {name: one["right_of_reported"] for name, one in _product_by(factor).items()}
-    return sentences("study.txt", "advice", summary, best, others, PRODUCT, _exceptions(summary), reached, _TRUSTED)
-
-
-def _product_by(factor: Mapping[str, Any]) -> dict[str, Any]:
-    return dict(zip(factor["bins"], factor["methods"][PRODUCT], strict=True))
-
-
-def _exceptions(summary: Mapping[str, Any]) -> list[str]:
-    """Where some other method does better than the program's by more than both intervals."""
-    found = []
+    exceptions = []  # where some other method does better than the program's by more than both intervals
     for factor in summary["factors"].values():
         for number, name in enumerate(factor["bins"]):
             shares = {label: factor["methods"][label][number]["success"] for label in methods()}
             ours = shares[PRODUCT]["high"]
-            lows = {label: one["low"] for label, one in shares.items() if None not in (one["low"], ours)}
-            better = [title_of(label) for label, low in lows.items() if low > ours]
+            better = [title_of(label) for label, one in shares.items() if ours is not None and one["low"] > ours]
             if better:
-                found.append(f"{listed(better)} at {factor['title']} {name}")
-    return found
+                exceptions.append(f"{listed(better)} at {factor['title']} {name}")
+    return sentences("study.txt", "advice", summary, best, others, PRODUCT, exceptions, reached, _TRUSTED)
+
+
+def _product_by(factor: Mapping[str, Any]) -> dict[str, Any]:
+    return dict(zip(factor["bins"], factor["methods"][PRODUCT], strict=True))

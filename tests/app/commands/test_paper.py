@@ -35,24 +35,21 @@ def test_table_has_a_row_a_range_and_tilt_and_ends_in_words(asked, capsys):
     assert "20 simulated sets" in printed
 
 
-def test_csv_has_expected_and_simulated_errors_in_full(asked, capsys):
-    assert main([*asked, "--ranges", "2", "--tilts", "0,30", "--csv", "-"]) == 0
-    rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
-    expected = budget(CAMERA, DOCK, 2.0, 30.0)
-    assert [row["tilt_deg"] for row in rows] == ["0.0", "30.0"]
-    assert rows[0]["told_apart"] == rows[0]["simulated_told_apart"] == ""
-    assert float(rows[1]["sigma_z_m"]) == pytest.approx(expected.sigma_position_m[2])
-    assert float(rows[1]["told_apart"]) == pytest.approx(expected.tells_apart)
-    # Of 20 draws a standard deviation is known to 16 %.
-    assert float(rows[1]["simulated_sigma_z_m"]) == pytest.approx(expected.sigma_position_m[2], rel=0.6)
-
-
-def test_same_seed_same_table(asked, capsys):
+def test_csv_has_expected_and_simulated_errors_in_full_the_same_for_a_seed(asked, capsys):
     texts = []
     for seed in ("3", "3", "4"):
-        assert main([*asked, "--ranges", "2", "--csv", "-", "--seed", seed]) == 0
+        assert main([*asked, "--ranges", "2", "--tilts", "0,30", "--csv", "-", "--seed", seed]) == 0
         texts.append(capsys.readouterr().out)
     assert texts[0] == texts[1] != texts[2]
+    rows, expected = list(csv.DictReader(io.StringIO(texts[0]))), budget(CAMERA, DOCK, 2.0, 30.0)
+    assert expected.totals is not None
+    assert [row["tilt_deg"] for row in rows] == ["0.0", "30.0"]
+    assert rows[0]["told_apart"] == rows[0]["simulated_told_apart"] == ""
+    cells = {"sigma_z_m": expected.sigmas[2], "sigma_theta_x_deg": expected.sigmas[3]}
+    cells |= {"told_apart": expected.tells_apart, "sigma_total_theta_y_deg": expected.totals[4]}
+    assert {name: float(rows[1][name]) for name in cells} == pytest.approx(cells)
+    # Of 20 draws a standard deviation is known to 16 %.
+    assert float(rows[1]["simulated_sigma_z_m"]) == pytest.approx(expected.sigmas[2], rel=0.6)
 
 
 @pytest.mark.parametrize(
@@ -60,6 +57,8 @@ def test_same_seed_same_table(asked, capsys):
     [
         (["--tilts", "90"], "no error budget: tilt_deg is 90.0; it must be within 0 to 85"),
         (["--ranges", "1,x"], "--ranges 1,x must be numbers with commas between them"),
+        (["--tilts=-1"], "tilt_deg is -1.0; it must be within 0 to 85"),
+        (["--ranges", "1,0"], "range_m is 0.0"),
         (["--noise", "0"], "noise_px is 0.0"),
         (["--lights", "3"], "the dock has 3 lights; an error budget needs at least 4"),
         (["--draws", "0"], "draws is 0"),
@@ -71,36 +70,22 @@ def test_what_cannot_be_budgeted_is_said_in_one_line(asked, capsys, more, words)
     assert words in line
 
 
-def test_usual_ranges_go_from_filling_the_picture_to_merging_lights():
+def test_ranges_cells_and_sentences_of_a_budget():
     ranges = usual_ranges_m(CAMERA, DOCK)
     assert ranges == sorted(ranges)
-    assert ranges[0] == pytest.approx(nearest_m(CAMERA, DOCK), rel=0.05)
-    assert ranges[-1] == pytest.approx(farthest_apart_m(CAMERA, DOCK), rel=0.05)
-
-
-def test_cells_say_what_is_not_seen():
+    assert (ranges[0], ranges[-1]) == pytest.approx((nearest_m(CAMERA, DOCK), farthest_apart_m(CAMERA, DOCK)), rel=0.05)
     assert "(merge)" in budget_cells(budget(CAMERA, DOCK, 20.0, 0.0))[2]
     assert "(not all in view)" in budget_cells(budget(CAMERA, DOCK, 0.3, 10.0))[1]
-
-
-def test_sentences_name_no_range_where_none_will_do():
-    blurred = budget_sentences(CAMERA, DOCK, noise_px=20.0)
-    assert "no range at all at a tilt of 10°" in blurred[3]
+    assert "no range at all at a tilt of 10°" in budget_sentences(CAMERA, DOCK, noise_px=20.0)[3]
 
 
 @pytest.fixture(scope="module")
-def few_plots():
-    """Each factor takes a second to draw."""
+def alone(tmp_path_factory):
+    """The folder of a study by one process, with plots of few factors, each of which takes a second to draw."""
+    folder = tmp_path_factory.mktemp("study") / "alone"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("dockpose.study.summary.FACTORS", {name: FACTORS[name] for name in DRAWN})
-        yield
-
-
-@pytest.fixture(scope="module")
-def alone(tmp_path_factory, few_plots):
-    """The folder of a study by one process."""
-    folder = tmp_path_factory.mktemp("study") / "alone"
-    assert main([*WORDS, "--jobs", "1", "--out", str(folder)]) == 0
+        assert main([*WORDS, "--jobs", "1", "--out", str(folder)]) == 0
     return folder
 
 
@@ -109,14 +94,12 @@ def alone(tmp_path_factory, few_plots):
 def test_the_table_loads_with_pandas(alone):
     import pandas as pd  # pyright: ignore[reportMissingImports]
 
-    table = pd.read_csv(alone / "study.csv")
-    assert len(table) == SCENES * len(methods())
+    table, cost = (pd.read_csv(alone / name) for name in ("study.csv", "cost.csv"))
+    assert len(table) == len(cost) == SCENES * len(methods())
     assert set(table["outcome"]) <= set(OUTCOMES)
     assert table["range_m"].dtype == float
     assert not [name for name in table if "elapsed" in name]
-    cost = pd.read_csv(alone / "cost.csv")
     assert all(cost["elapsed_ms"] > 0)
-    assert len(cost) == len(table)
 
 
 @pytest.mark.slow

@@ -42,8 +42,7 @@ def run(folder, scenes, seed=2, jobs=2):
 
 def test_rows_are_in_order_and_nothing_timed_is_among_them(tmp_path, worked_on):
     told = run(tmp_path, 11)
-    assert told[0] == 0
-    assert told[-1] == 11
+    assert (told[0], told[-1]) == (0, 11)
     assert sorted(worked_on) == list(range(11))
     lines = (tmp_path / "study.csv").read_text().splitlines()
     assert lines[0] == "scene,seed,method,value,width_px,height_px"
@@ -51,47 +50,36 @@ def test_rows_are_in_order_and_nothing_timed_is_among_them(tmp_path, worked_on):
     assert (tmp_path / "cost.csv").read_text().splitlines()[1] == "0,hats_and_local,320,240,1.5"
 
 
-def test_a_stopped_run_keeps_what_is_done_and_goes_on(tmp_path, worked_on):
+def stopped(folder):
     def stop(count):
         if count >= 4:
             raise StoppedError
 
     with pytest.raises(StoppedError):
-        Study(tmp_path / "one", 30, 2).run(1, None, stop)
-    kept = {int(path.stem) for path in (tmp_path / "one" / "scenes").glob("*.csv")}  # they end in any order
-    assert Study(tmp_path / "one", 30, 2).done == len(kept) == 4
-    assert not (tmp_path / "one" / "study.csv").exists()
+        Study(folder, 30, 2).run(1, None, stop)
+    assert Study(folder, 30, 2).done == 4
+    assert not (folder / "study.csv").exists()
+
+
+def lost(folder):
+    run(folder, 30)
+    (folder / "scenes" / "000004.csv").unlink()
+    (folder / "scenes" / ".000004.csv.part").write_text("scene")
+
+
+@pytest.mark.parametrize("begin", [stopped, lost, lambda folder: run(folder, 7)], ids=["stopped", "lost", "fewer"])
+def test_what_was_begun_goes_on_from_what_is_done(begin, tmp_path, worked_on):
+    begin(tmp_path / "one")
+    kept = {int(path.stem) for path in (tmp_path / "one" / "scenes").glob("[0-9]*.csv")}  # they end in any order
     worked_on.clear()
     assert run(tmp_path / "one", 30)[0] == len(kept)
     assert sorted(worked_on) == sorted(set(range(30)) - kept)
     run(tmp_path / "other", 30)
     assert (tmp_path / "one" / "study.csv").read_bytes() == (tmp_path / "other" / "study.csv").read_bytes()
+    assert not list((tmp_path / "one" / "scenes").glob(".*"))
 
 
-def test_more_scenes_go_on_from_those_that_are_done(tmp_path, worked_on):
-    run(tmp_path / "one", 7)
-    worked_on.clear()
-    run(tmp_path / "one", 15)
-    assert sorted(worked_on) == list(range(7, 15))
-    run(tmp_path / "other", 15)
-    assert (tmp_path / "one" / "study.csv").read_bytes() == (tmp_path / "other" / "study.csv").read_bytes()
-
-
-def test_a_lost_scene_alone_is_done_again(tmp_path, worked_on):
-    run(tmp_path, 12)
-    whole = (tmp_path / "study.csv").read_bytes()
-    (tmp_path / "scenes" / "000004.csv").unlink()
-    (tmp_path / "scenes" / ".000004.csv.part").write_text("scene")
-    worked_on.clear()
-    run(tmp_path, 12)
-    assert worked_on == [4]
-    assert (tmp_path / "study.csv").read_bytes() == whole
-    assert not list((tmp_path / "scenes").glob(".*"))
-
-
-def test_all_that_a_run_has_done_is_in_its_table_even_where_the_folder_does_not_list_it(
-    tmp_path, worked_on, monkeypatch
-):
+def test_all_that_is_done_is_in_the_table_even_where_the_folder_does_not_list_it(tmp_path, worked_on, monkeypatch):
     monkeypatch.setattr(Study, "_kept", lambda study: set())
     run(tmp_path, 12)
     assert len((tmp_path / "study.csv").read_text().splitlines()) == 1 + 12 * len(methods())
@@ -105,23 +93,20 @@ def test_all_that_a_run_has_done_is_in_its_table_even_where_the_folder_does_not_
         (12, 2, {"code": "other"}, "begun with other code of dockpose; use another folder"),
         (12, 2, {"versions": {"numpy": "1.0"}}, "numpy 1.0, not"),
         (12, 2, {"methods": ["hats"]}, "begun with other threshold methods; use another folder"),
+        (12, 2, None, "has scenes of a study, but no study.json; use another folder"),
     ],
 )
 def test_another_study_in_the_folder_is_refused(tmp_path, worked_on, scenes, seed, changed, message):
     run(tmp_path, 12)
     about = tmp_path / "study.json"
-    about.write_text(json.dumps(json.loads(about.read_text()) | changed))
+    if changed is None:
+        about.unlink()
+    else:
+        about.write_text(json.dumps(json.loads(about.read_text()) | changed))
     before = {path: path.read_bytes() for path in tmp_path.rglob("*.*") if path.is_file() and path.name != ".lock"}
     with pytest.raises(UserError, match=message):
         run(tmp_path, scenes, seed)
     assert {path: path.read_bytes() for path in before} == before
-
-
-def test_scenes_of_an_unknown_study_are_refused(tmp_path, worked_on):
-    run(tmp_path, 4)
-    (tmp_path / "study.json").unlink()
-    with pytest.raises(UserError, match="has scenes of a study, but no study"):
-        run(tmp_path, 4)
 
 
 def test_one_program_at_a_time(tmp_path, worked_on):
@@ -132,8 +117,11 @@ def test_one_program_at_a_time(tmp_path, worked_on):
     run(tmp_path, 4)
 
 
-def test_a_worker_of_another_version_is_refused(tmp_path, worked_on, monkeypatch):
-    monkeypatch.setattr(module, "scene_text", lambda *scene: ("other", ""))
-    with pytest.raises(UserError, match="a different version of dockpose"):
-        run(tmp_path, 4)
-    assert Study(tmp_path, 4, 2).done == 0
+@pytest.mark.parametrize(
+    ("code", "message"), [("other", "a different version of dockpose"), (None, "scene 0: a worker did not send all of")]
+)
+def test_a_worker_of_another_version_or_that_breaks_off_is_refused(tmp_path, worked_on, monkeypatch, code, message):
+    monkeypatch.setattr(module, "scene_text", lambda *scene: (code or module.code_print(), ""))
+    with pytest.raises(UserError, match=message):
+        run(tmp_path, 1)
+    assert Study(tmp_path, 1, 2).done == 0

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from dockpose import Camera, Dock, Settings, estimate, register_threshold
-from dockpose.paper.lights.levels import are_the_lights
+from dockpose.paper.levels import are_the_lights
 from dockpose.study import draw
 from dockpose.study.judge import RIGHT_DEG, RIGHT_SHARE
 from dockpose.thresholds import METHODS

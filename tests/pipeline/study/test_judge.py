@@ -1,7 +1,5 @@
 import math
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -9,114 +7,90 @@ from dockpose import Camera, Dock, Estimate, Settings
 from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.simulate import Pose, Scene, truth_of
-from dockpose.study.judge import COLUMNS, ELAPSED, OUTCOMES, PRODUCT, as_text, find, judge, methods, scene_rows
+from dockpose.study import judge as judging
+from dockpose.study.judge import COLUMNS, ELAPSED, OUTCOMES, PRODUCT, as_text, judge, judge_choice, methods, scene_rows
 
 CAMERA = Camera(700, 700, 319.5, 239.5, 640, 480)
 DOCK = Dock(0.30, 10)
 TRUTH = truth_of(Scene(camera=CAMERA, dock=DOCK, pose=Pose(position_m=(0.0, 0.0, 2.0), theta_y_deg=20.0)))
 
 
-def pose(position=(0.0, 0.0, 2.0), theta_y_deg=20.0, sigma_m=0.01, sigma_deg=1.0):
-    normal = -rotation_from_angles(0.0, math.radians(theta_y_deg))[:, 2]
-    sigma = math.radians(sigma_deg)
-    return CirclePose(
-        np.array(position), normal, np.zeros(2), 0.9, 0.1, 0.0, (sigma_m, sigma_m, sigma_m), (sigma, sigma)
-    )
+def pose(position=(0.0, 0.0, 2.0), theta_y_deg=20.0):
+    normal, sigma = -rotation_from_angles(0.0, math.radians(theta_y_deg))[:, 2], math.radians(1.0)
+    return CirclePose(np.array(position), normal, np.zeros(2), 0.9, 0.1, 0.0, (0.01, 0.01, 0.01), (sigma, sigma))
 
 
-def found(*poses, status="ok"):
+def row_of(*poses, has_dock=True):
     choice = Choice(poses, 0, "spacing", None) if poses else None
-    return Estimate(status, "", 640, 480, 8, CAMERA, DOCK, Settings(), choice=choice, detection=0.99 if poses else None)
-
-
-def outcome(estimate, *, has_dock=True):
-    row = judge(estimate, TRUTH, DOCK.radius, has_dock=has_dock)
+    known = {"choice": choice, "detection": 0.99} if poses else {}
+    found = Estimate("ok" if poses else "not_a_ring", "", 640, 480, 8, CAMERA, DOCK, Settings(), **known)
+    row = judge(found, TRUTH, DOCK.radius, has_dock=has_dock)
     assert tuple(row) == COLUMNS
     return row
 
 
-def test_right_within_5_percent_and_5_degrees():
-    assert outcome(found(pose((0, 0, 2.099), 24.9)))["outcome"] == "success"
-    assert outcome(found(pose((0, 0, 2.101), 20)))["outcome"] == "wrong pose"
-    assert outcome(found(pose((0, 0, 2.0), 25.1)))["outcome"] == "wrong pose"
-    assert outcome(found(pose((0, 0, 2.0), 25.1)))["position_right"]
+@pytest.mark.parametrize(
+    ("position", "theta_y_deg", "outcome"),
+    [
+        # Right within 5 per cent and 5 degrees.
+        ((0, 0, 2.099), 24.9, "success"),
+        ((0, 0, 2.101), 20, "wrong pose"),
+        ((0, 0, 2.0), 25.1, "wrong pose"),
+        # Beside the true one by more than the ring's radius of 0.15 m, at 2 m 4.3 degrees.
+        ((0.14, 0, 2.0), 20, "wrong pose"),
+        ((0.16, 0, 2.0), 20, "false dock"),
+        ((0.32, 0, 4.1), 20, "false dock"),
+    ],
+)
+def test_outcome_by_physics(position, theta_y_deg, outcome):
+    assert row_of(pose(position, theta_y_deg))["outcome"] == outcome
+    without = row_of(pose(position, theta_y_deg), has_dock=False)
+    assert (without["outcome"], without["position_error_m"], without["detection"]) == ("false dock", None, 0.99)
+
+
+def test_what_is_not_found_is_refused():
+    assert row_of()["outcome"] == "refused"
+    assert row_of(has_dock=False)["outcome"] == "correct refusal"
 
 
 def test_the_other_candidate_may_be_right():
-    row = outcome(found(pose(theta_y_deg=-20), pose()))
-    assert row["outcome"] == "wrong pose"
-    assert (row["chosen_right"], row["either_right"], row["chosen_nearer"]) == (False, True, False)
-    row = outcome(found(pose(), pose(theta_y_deg=-20)))
-    assert (row["chosen_right"], row["either_right"], row["chosen_nearer"]) == (True, True, True)
+    keys = ("outcome", "chosen_right", "either_right", "chosen_nearer", "position_right")
+    right, other = pose(), pose(theta_y_deg=-20)
+    assert [row_of(other, right)[key] for key in keys] == ["wrong pose", False, True, False, True]
+    assert [row_of(right, other)[key] for key in keys] == ["success", True, True, True, True]
+    for chosen in (0, 1):
+        errors, is_chosen = judge_choice(Choice((other, right), chosen, "", None), TRUTH.position_m, TRUTH.normal)
+        assert errors == pytest.approx([0.0] * 5)
+        assert is_chosen == bool(chosen)
 
 
-def test_a_dock_beside_the_true_one_is_false():
-    # The ring's radius of 0.15 m at 2 m is 4.3 degrees.
-    assert outcome(found(pose((0.14, 0, 2.0))))["outcome"] == "wrong pose"
-    assert outcome(found(pose((0.16, 0, 2.0))))["outcome"] == "false dock"
-    assert outcome(found(pose((0.32, 0, 4.1))))["outcome"] == "false dock"
+def test_errors_and_intervals_by_hand():
+    row = row_of(pose((0.019, -0.02, 2.015), 22.9))
+    errors = row["position_error_m"], row["position_error_share"], row["angle_error_deg"]
+    off_m = math.hypot(0.019, 0.02, 0.015)
+    assert errors == pytest.approx((off_m, off_m / 2, 2.9))
+    signed = [row[name] for name in COLUMNS if name.startswith("error_")]
+    assert signed == pytest.approx([0.019, -0.02, 0.015, 0.0, 2.9])
+    # 1.96 standard errors of a centimetre and a degree.
+    assert [row[f"{name}_in_95"] for name in judging.UNITS] == [True, False, True, True, False]
+    unknown = row_of(replace(pose(), sigma_position_m=None, sigma_theta_rad=None))
+    assert (unknown["x_in_95"], unknown["sigma_theta_x_deg"]) == (None, None)
 
 
-def test_without_a_dock_any_is_false():
-    row = outcome(found(pose()), has_dock=False)
-    assert row["outcome"] == "false dock"
-    assert row["position_error_m"] is None
-    assert row["detection"] == 0.99
-    assert outcome(found(status="not_a_ring"), has_dock=False)["outcome"] == "correct refusal"
-    assert outcome(found(status="not_a_ring"))["outcome"] == "refused"
-
-
-def test_errors_by_hand():
-    row = outcome(found(pose((0.03, 0.0, 2.04), 23.0)))
-    assert row["position_error_m"] == pytest.approx(0.05)
-    assert row["position_error_share"] == pytest.approx(0.025)
-    assert row["angle_error_deg"] == pytest.approx(3.0)
-    signed = [row[name] for name in ("error_x_m", "error_y_m", "error_z_m", "error_theta_x_deg", "error_theta_y_deg")]
-    assert signed == pytest.approx([0.03, 0.0, 0.04, 0.0, 3.0])
-
-
-def test_intervals_of_95_percent():
-    row = outcome(found(pose((0.019, 0.02, 2.0), 21.9)))
-    assert [row[f"{name}_in_95"] for name in ("x", "y", "z", "theta_x", "theta_y")] == [True, False, True, True, True]
-    assert not outcome(found(pose(theta_y_deg=22.0)))["theta_y_in_95"]
-    unknown = replace(pose(), sigma_position_m=None, sigma_theta_rad=None)
-    row = outcome(found(unknown))
-    assert row["x_in_95"] is None
-    assert row["sigma_theta_x_deg"] is None
-
-
-def untimed(rows):
-    return [{name: as_text(value) for name, value in row.items() if name != ELAPSED} for row in rows]
-
-
-@pytest.fixture(scope="module")
-def rows():
-    return scene_rows(1, 3)
-
-
-def test_a_row_for_each_method_with_the_same_factors(rows):
-    assert [row["method"] for row in rows] == methods()
-    for name in ("scene", "seed", "range_m", "lit_share", "lights", "tilt_deg"):
-        assert len({row[name] for row in rows}) == 1
-    assert {row["outcome"] for row in rows} <= set(OUTCOMES)
-
-
-def test_the_same_scene_gives_the_same_rows(rows):
-    assert untimed(scene_rows(1, 3)) == untimed(rows)
-
-
-def test_the_product_is_hats_with_its_fall_back(monkeypatch):
-    asked = {}
+def test_a_row_for_each_method_with_the_same_factors_and_again_the_same(monkeypatch):
+    asked, estimate = [], judging.estimate
     monkeypatch.setattr(
-        "dockpose.study.judge.estimate", lambda image, camera, dock, settings, fall_back: (settings.method, fall_back)
+        judging, "estimate", lambda *of, fall_back: asked.append((of[-1].method, fall_back)) or estimate(*of)
     )
-    for label in methods():
-        picture: Any = SimpleNamespace(image=None, scene=SimpleNamespace(camera=None, dock=None))
-        asked[label] = find(label, picture)
-    assert asked.pop(PRODUCT) == ("hats", True)
-    assert asked == {label: (label, False) for label in methods()[1:]}
-    assert "hats" in asked
-    assert "fixed" not in asked
+    one, two = scene_rows(1, 3), scene_rows(1, 3)
+    assert asked == [("hats", True), *((label, False) for label in methods()[1:])] * 2
+    assert methods()[0] == PRODUCT
+    assert "fixed" not in methods()
+    assert [row["method"] for row in one] == methods()
+    for name in ("scene", "seed", "range_m", "lit_share", "lights", "tilt_deg"):
+        assert len({row[name] for row in one}) == 1
+    assert {row["outcome"] for row in one} <= set(OUTCOMES)
+    assert [row | {ELAPSED: 0} for row in one] == [row | {ELAPSED: 0} for row in two]
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from dockpose.study.statistics import median, paired_difference, quantile, wilson
+from dockpose.study.statistics import median, paired_difference, quantile, share_of, wilson
 
 
 @pytest.mark.parametrize(
@@ -12,21 +12,14 @@ from dockpose.study.statistics import median, paired_difference, quantile, wilso
         (81, 263, 0.2553, 0.3662),
         (15, 148, 0.0624, 0.1605),
         (0, 20, 0.0, 0.1611),
+        (20, 20, 0.8389, 1.0),
         (1, 29, 0.0061, 0.1718),
     ],
 )
 def test_wilsons_interval_as_published(hits, count, low, high):
     share = wilson(hits, count)
-    assert share.value == hits / count
-    assert (share.low, share.high) == pytest.approx((low, high), abs=5e-5)
-
-
-def test_all_hits_mirror_no_hits_and_a_share_of_nothing_is_unknown():
-    none, every, nothing = wilson(0, 20), wilson(20, 20), wilson(0, 0)
-    assert (none.low, every.high) == (0.0, 1.0)
-    assert every.low == pytest.approx(1 - none.high)
-    assert math.isnan(nothing.value)
-    assert math.isnan(nothing.low)
+    assert (share.value, share.low, share.high) == pytest.approx((hits / count, low, high), abs=5e-5)
+    assert share == share_of(np.arange(2 * count) < hits, np.arange(2 * count) < count)
 
 
 def pairs(both, one, other, neither):
@@ -36,31 +29,23 @@ def pairs(both, one, other, neither):
 
 
 @pytest.mark.parametrize(
-    ("counts", "value", "low", "high"),
+    ("counts", "value", "low", "high", "p_value"),
     [
-        # Newcombe 1998, "Improved confidence intervals ... based on paired data", method 10.
-        ((36, 12, 2, 0), 0.20, 0.0569, 0.3404),
-        ((36, 14, 0, 0), 0.28, 0.1528, 0.4167),
-        ((18, 14, 0, 18), 0.28, 0.1441, 0.3963),
+        # Newcombe 1998, "Improved confidence intervals ... based on paired data", method 10; McNemar's by hand: where
+        # n scenes differ, all for the first, 2 * (1/2)^n.
+        ((36, 12, 2, 0), 0.20, 0.0569, 0.3404, 2 * (1 + 14 + 91) / 2**14),
+        ((36, 14, 0, 0), 0.28, 0.1528, 0.4167, 2 / 2**14),
+        ((18, 14, 0, 18), 0.28, 0.1441, 0.3963, 2 / 2**14),
     ],
 )
-def test_newcombes_interval_as_published(counts, value, low, high):
+def test_newcombes_interval_as_published_and_mcnemars_test(counts, value, low, high, p_value):
     difference = pairs(*counts)
-    assert difference.value == pytest.approx(value)
-    assert (difference.low, difference.high) == pytest.approx((low, high), abs=5e-5)
-    assert (difference.first_only, difference.second_only) == counts[1:3]
-
-
-def test_exact_mcnemar_by_hand():
-    # Five scenes differ, all for the first: 2 * (1/2)^5.
-    assert pairs(10, 5, 0, 10).p_value == pytest.approx(2 / 32)
-    assert pairs(10, 0, 0, 10).p_value == 1.0
-    assert math.isnan(pairs(0, 0, 0, 0).value)
-
-
-def test_the_other_way_round_changes_the_sign():
-    one, other = pairs(20, 9, 4, 7), pairs(20, 4, 9, 7)
-    assert (one.low, one.high) == pytest.approx((-other.high, -other.low))
+    assert (difference.value, difference.low, difference.high) == pytest.approx((value, low, high), abs=5e-5)
+    assert (difference.first_only, difference.second_only, difference.count) == (*counts[1:3], sum(counts))
+    assert difference.p_value == pytest.approx(p_value)
+    both, one, other, neither = counts
+    turned = pairs(both, other, one, neither)
+    assert (turned.low, turned.high) == pytest.approx((-difference.high, -difference.low))
 
 
 def test_interval_of_a_median_is_of_order_statistics():
@@ -68,18 +53,15 @@ def test_interval_of_a_median_is_of_order_statistics():
     found = median(np.arange(1.0, 11.0))
     assert (found.value, found.low, found.high, found.count) == (5.5, 2.0, 9.0, 10)
     few = median(np.arange(5.0))
-    assert few.value == 2.0
-    assert math.isnan(few.low)
-    assert math.isnan(median(np.array([np.nan])).value)
-
-
-def test_the_interval_of_a_median_covers_it():
+    assert (few.value, math.isnan(few.low)) == (2.0, True)
     rng = np.random.default_rng(0)
     found = [median(rng.exponential(size=25)) for _ in range(2000)]
-    covered = np.mean([one.low <= np.log(2) <= one.high for one in found])
-    assert 0.95 <= covered < 0.975
+    assert 0.95 <= np.mean([one.low <= np.log(2) <= one.high for one in found]) < 0.975
 
 
-def test_quantile_leaves_out_what_is_unknown():
+def test_of_nothing_nothing_is_known():
+    assert pairs(10, 0, 0, 10).p_value == 1.0
     assert quantile(np.array([1.0, np.nan, 3.0]), 0.5) == 2.0
-    assert math.isnan(quantile(np.array([np.nan]), 0.5))
+    nothing = np.array([np.nan])
+    unknown = wilson(0, 0).value, wilson(0, 0).low, pairs(0, 0, 0, 0).value, median(nothing).value
+    assert np.isnan([*unknown, quantile(nothing, 0.5)]).all()

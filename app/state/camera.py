@@ -12,9 +12,9 @@ from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import save_dock
 from dockpose.app.inputs.received import read_sent, written
 from dockpose.app.state.tank import Tank
-from dockpose.app.state.view import DEFAULT_DOCK, View, guess_camera, own_camera, own_dock
+from dockpose.app.state.view import View, own_camera, own_dock
 from dockpose.camera.files import load_camera, save_camera
-from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER, FlatPort
+from dockpose.camera.port import FlatPort
 from dockpose.camera.tone import TONES
 from msgspec.structs import replace as changed
 
@@ -99,9 +99,6 @@ def in_force_words(view: View) -> str:
 
 
 _COEFFICIENTS, _FISHEYE_COEFFICIENTS = 5, 4
-WATERS = {"fresh water": FRESH_WATER, "sea water": SEA_WATER}
-WINDOWS = {"acrylic": ACRYLIC, "glass": GLASS}
-OTHER_INDEX = "(other)"
 DEFAULT_PORT = FlatPort(air_gap_m=0.020, glass_m=0.010)
 
 
@@ -142,11 +139,6 @@ def with_given_values(view: View) -> View:
     return replace(view, camera=view.given_camera, dock=view.given_dock, camera_of=camera_of, dock_of=dock_of)
 
 
-def with_default_values(view: View) -> View:
-    """Look with an assumed camera of 60 degrees without distortion, and a dock of 0.30 m; My tank stays as it is."""
-    return replace(view, camera=guess_camera(view.image), dock=DEFAULT_DOCK, camera_of="guess", dock_of="guess")
-
-
 def with_camera_file(view: View, data: bytes, name: str) -> View:
     """Take the camera of a file that a browser sent; it is My tank's from then on."""
     notes: list[str] = []
@@ -165,11 +157,6 @@ def dock_file(dock: Dock) -> bytes:
 def camera_file(camera: Camera, file_format: Any = "dockpose") -> bytes:
     """The bytes of a camera file in one of :data:`dockpose.camera.files.FORMATS`."""
     return written(lambda path: save_camera(camera, path, file_format))
-
-
-def index_name(names: dict[str, float], index: float) -> str:
-    """What a refractive index belongs to."""
-    return next((name for name, one in names.items() if math.isclose(one, index)), OTHER_INDEX)
 
 
 def field_of_view_sentence(camera: Camera) -> str:

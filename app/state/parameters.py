@@ -4,15 +4,15 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from operator import attrgetter
 from typing import Any
 
 from dockpose import Camera
 from dockpose.app.errors import UserError
 from dockpose.app.resources import read_toml
 from dockpose.app.state.camera import DEFAULT_PORT, coefficients_of, with_coefficient
-from dockpose.app.state.scene import DEFAULT_SCENE, turbidity_of, with_scene
+from dockpose.app.state.scene import DEFAULT_SCENE, turbidity_of, water_at, with_scene
 from dockpose.app.state.view import View
-from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Mirror, Snow
 from msgspec.structs import replace as changed
 
@@ -42,10 +42,15 @@ class Parameter:
     limits: Limits | Callable[[View], Limits]  # range in the label's unit, or a function that returns it for a view
     scale: float = 1  # how many times as large as the stored number people see it
     whole: bool = False  # whether to round to whole numbers
+    needs: str = ""  # what there must be for it to be set, as "camera.port"
     # in place of ``scale``: ``shown(part)`` is the number for what is at ``path``, and ``stored(number, part)`` is what
     # to put there for a number
     shown: Callable[[Any], float] | None = None
     stored: Callable[[float, Any], Any] | None = None
+
+    def is_there(self, view: View) -> bool:
+        """Whether the view has what the number belongs to."""
+        return not self.needs or attrgetter(self.needs)(view) is not None
 
     def range(self, view: View) -> Limits:
         """Return the limits; they depend on what came with the picture, not on where the slider stands."""
@@ -144,7 +149,7 @@ _FUNCTIONS: dict[str, dict[str, Any]] = {
     "p2": _coefficient(3, 0.1),
     "k3": _coefficient(4, 2.0),
     "diameter_cm": {"limits": _diameter_limits},
-    "turbidity": {"shown": turbidity_of, "stored": lambda number, water: water_of_turbidity(number)},
+    "turbidity": {"shown": turbidity_of, "stored": lambda number, water: water_at(number)},
     "light": {"shown": lambda level: math.log10(max(level, 10)), "stored": lambda number, level: 10**number},
     "snow": {"shown": lambda snow: 0 if snow is None else snow.count, "stored": _with_snow},
     "surface_cm": {"shown": lambda mirror: 0 if mirror is None else 100 * mirror.height_m, "stored": _with_surface},

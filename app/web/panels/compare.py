@@ -16,10 +16,12 @@ from dockpose.app.processing.comparison import compare_view, error_words, same_c
 from dockpose.app.state.changes import with_method
 from dockpose.app.state.view import View
 from dockpose.app.web.charts import SweepChart
+from dockpose.app.web.choices import Client
 from dockpose.app.web.html import help_link, small
 from dockpose.app.web.live import data_html
+from dockpose.app.web.page import Page
 from dockpose.app.web.panels.view import LOOK, runs
-from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel
+from dockpose.app.web.widgets import Panel
 from dockpose.camera.image import to_grey, to_levels
 from dockpose.estimate import geometry
 from dockpose.pose.known import pose_error
@@ -99,12 +101,12 @@ class ComparePanel(Panel):
 
     table = "compare"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._compared: View | None = None
         self._swept: View | None = None
         self._state: dict[str, Any] = {}
-        gui, self._task = self.gui, BackgroundWork(app, "Stop the work.")
+        gui = self.gui
         gui.add_html(f'<dockpose-compare style="{LOOK}"></dockpose-compare>')
         self._cards, self._states = gui.add_html(""), gui.add_html("")
         with gui.add_folder("Every fixed level", expand_by_default=False):
@@ -135,7 +137,7 @@ class ComparePanel(Panel):
 
     def _begin(self, work: Callable[[Analysis, Progress], None]) -> None:
         if self.analysis is not None:
-            self._task.start(partial(work, self.analysis))
+            self.app.work.start(partial(work, self.analysis))
 
     def _tell(self) -> None:
         in_use = None if self.analysis is None else self.analysis.view.settings.method

@@ -21,15 +21,15 @@ from dockpose.app.state.changes import (
 from dockpose.app.state.parameters import DISTORTION, DOCK, LENS, PORT, put
 from dockpose.app.state.tank import tank_words
 from dockpose.app.state.view import View
+from dockpose.app.web.choices import Client, on_person
 from dockpose.app.web.html import row, small, table
+from dockpose.app.web.page import Page
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import App, Client, Panel, offer, on_person, return_when_idle
+from dockpose.app.web.widgets import Panel, offer, return_when_idle
 from dockpose.camera.files import FORMATS
 from dockpose.camera.tone import TONES
 from dockpose.study.budget import budget
 from msgspec.structs import replace as changed
-
-_NAMED_INDICES = {"glass_index": optics.WINDOWS, "water_index": optics.WATERS}
 
 
 def with_focal(view: View, name: str, value: Any, *, both: bool) -> View:
@@ -44,7 +44,7 @@ class CameraPanel(Panel):
 
     table = "camera"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._add_main_numbers()
         area = self.gui.add_folder("Camera")
@@ -54,13 +54,12 @@ class CameraPanel(Panel):
             self._lock = self.add("checkbox", "lock", self.changing(self._with_lock), order=3)
             with self.gui.add_folder("Lens distortion", expand_by_default=False, order=4):
                 self.add_sliders(DISTORTION)
-            with_tone = self.changing(lambda view: optics.with_tone(view, str(self._tone.value)))
-            self._tone = self.add("dropdown", "tone", with_tone, options=TONES, order=2.5)
+            self.add_value("dropdown", "tone", options=TONES, order=2.5)
             with self.gui.add_folder("Port and water", expand_by_default=False, order=5):
-                self._add_port()
+                self.add_value("checkbox", "port")
+                self.add_sliders(PORT)
             with self.gui.add_folder("Save, or go back", expand_by_default=False, order=6):
                 self.add("button", "given", self.changing(optics.with_given_values))
-                self.add("button", "default", self.changing(optics.with_default_values))
                 kind = self.add("dropdown", "format", options=FORMATS)
                 self.add_download("save", "camera.yaml", lambda view: optics.camera_file(view.camera, kind.value))
         self.add_upload(area, "load", self.changing_by_file(optics.with_camera_file))
@@ -71,14 +70,8 @@ class CameraPanel(Panel):
         super().load(view)
         if view.camera.fx != view.camera.fy:
             self._lock.value = False
-        self._tone.options, self._tone.value = optics.tone_names(view.camera), str(view.camera.tone)
         self._load_lights(view)
         self._angles.value = angles_text(view.dock)
-        self._port.value = has_port = view.camera.port is not None
-        for handle in (*(self.sliders[name].handle for name in PORT), *self._names.values()):
-            handle.disabled = not has_port
-        for name, handle in self._names.items():
-            handle.value = optics.index_name(_NAMED_INDICES[name], PORT[name].get(view))
 
     def _add_main_numbers(self) -> None:
         """What everything hangs on, in sight when the page opens."""
@@ -96,15 +89,6 @@ class CameraPanel(Panel):
             self._angles = self.add("text", "angles")
             self.add("button", "set_angles", set_angles)
         on_person(spacing.on_submit, set_angles)
-
-    def _add_port(self) -> None:
-        with_port = self.changing(lambda view: optics.with_port(view, self._port.value))
-        self._port = self.add("checkbox", "port", with_port)
-        self.add_sliders(PORT, reloading=_NAMED_INDICES)
-        self._names = {}
-        for name, named in _NAMED_INDICES.items():
-            with_named, options = self.changing(partial(self._with_named_index, name)), (*named, optics.OTHER_INDEX)
-            self._names[name] = self.add("dropdown", name, with_named, options=options)
 
     def _load_lights(self, view: View) -> None:
         self._lights.value = view.dock.lights or 0
@@ -130,10 +114,6 @@ class CameraPanel(Panel):
     def _with_lock(self, view: View) -> View:
         return with_focal(view, "fx", view.camera.fx, both=True) if self._lock.value else view
 
-    def _with_named_index(self, name: str, view: View) -> View:
-        index = _NAMED_INDICES[name].get(self._names[name].value)
-        return view if index is None or view.camera.port is None else put(view, name, index)
-
 
 NOT_SAVED = "(not saved)"
 _MOST_CHIPS = 8
@@ -142,7 +122,7 @@ _MOST_CHIPS = 8
 class ChipsPanel(Panel):
     """What static/jobs.js shows as chips; a press comes back as a wish that names its chip."""
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._chips: dict[str, Chip] = {}
 
@@ -162,7 +142,7 @@ class BudgetPanel(Panel):
 
     table = "tank"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._shown: tuple[Camera, Dock] | None = None
         with self.gui.add_folder("Error budget", expand_by_default=False):
@@ -197,15 +177,13 @@ class TanksPanel(Panel):
 
     table = "tank"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._tanks = app.tanks
         with self.gui.add_folder("My tank"):
             self._choice = self.add("dropdown", "choice", self._choose, options=(NOT_SAVED, *self._tanks.names()))
             self._name = self.add("text", "name")
             self.add("button", "save", self.changing(self._saved))
-            saved_one = self.changing(lambda view: with_tank(view, self._tanks.get(view.tank.name)))
-            self._back = self.add("button", "back", saved_one)
             self._take = self.add("button", "take", self.changing(with_these_as_mine))
             self._forget = self.add("button", "forget", self.changing(self._forgotten))
 
@@ -216,11 +194,10 @@ class TanksPanel(Panel):
 
     def load(self, view: View) -> None:
         """Show which saved tank is My tank, and what can be done with it."""
-        names = self._tanks.names()
-        is_known = view.tank.name in names
-        offer(self._choice, (NOT_SAVED, *names), view.tank.name if is_known else NOT_SAVED)
-        if is_known:
-            self._name.value = view.tank.name
+        names, name = self._tanks.names(), view.tank.name
+        offer(self._choice, (NOT_SAVED, *names), name if self._tanks.is_saved(view.tank) else NOT_SAVED)
+        if name in names:
+            self._name.value = name
         self._show_buttons(view)
 
     def show(self, analysis: Analysis) -> None:
@@ -228,9 +205,7 @@ class TanksPanel(Panel):
         self._show_buttons(analysis.view)
 
     def _show_buttons(self, view: View) -> None:
-        is_known = view.tank.name in self._tanks.names()
-        self._back.visible = is_known and not self._tanks.is_saved(view.tank)
-        self._forget.visible = is_known
+        self._forget.visible = view.tank.name in self._tanks.names()
         self._take.visible = "picture" in (view.camera_of, view.dock_of)
 
     def _choose(self, client: Client) -> None:

@@ -4,7 +4,6 @@ import pytest
 from dockpose import Camera, Dock
 from dockpose.app.inputs.pictures import load_sample
 from dockpose.app.state import camera as optics
-from dockpose.app.state import view as state
 from dockpose.app.state.changes import chips, with_lights
 from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import with_scene
@@ -67,15 +66,6 @@ def test_guessed_camera_is_the_operators_once_a_number_is_typed_and_its_note_goe
     assert (typed.camera_of, typed.notes, fx_of(typed.tank)) == ("tank", (), 333)
     other = with_upload(sample, SQUARE, "a.png")  # My tank's camera is for another shape
     assert (other.camera_of, other.tank, other.dock) == ("guess", MINE, MINE.dock)
-
-
-def test_defaults_are_an_assumption_that_my_tank_survives(own):
-    view = do(own, optics.with_default_values)
-    assert (view.camera, view.dock) == (state.guess_camera(view.image), state.DEFAULT_DOCK)
-    assert (view.tank, view.camera_of, view.dock_of) == (MINE, "guess", "guess")
-    assert optics.in_force_words(view) == "In use here: an assumed camera and dock."
-    back = do(view, optics.with_my_tank)
-    assert (back.camera, back.dock, optics.in_force_words(back)) == (CAMERA, MINE.dock, "")
 
 
 def test_camera_file_is_the_operators_whatever_is_looked_at(sample):
@@ -156,8 +146,6 @@ def test_port_is_put_on_set_and_taken_off(view):
     dense = put(through, "glass_index", 99).camera.port
     assert dense is not None
     assert dense.glass_index == 2.0
-    assert optics.index_name(optics.WATERS, 1.34) == "sea water"
-    assert optics.index_name(optics.WATERS, 1.35) == optics.OTHER_INDEX
     assert optics.with_port(changed, False).camera.port is None
 
 

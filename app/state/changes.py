@@ -9,8 +9,9 @@ from typing import Any
 from dockpose import Dock, Settings
 from dockpose.app.drawing.numbers import QUANTITIES, count
 from dockpose.app.errors import UserError
-from dockpose.app.state.camera import is_in_force, with_my_tank, with_own_dock
+from dockpose.app.state.camera import is_in_force, with_given_values, with_my_tank, with_own_dock
 from dockpose.app.state.parameters import checked_number, put
+from dockpose.app.state.undo import difference_words
 from dockpose.app.state.view import MeasuredPose, View
 from dockpose.lights.masks import Mask
 from dockpose.pose.circle import CirclePose
@@ -201,6 +202,13 @@ def _removable(view: View) -> list[Chip]:
         defaults = {name: getattr(_DEFAULT, name) for name in names}
         return lambda view: replace(view, settings=changed(view.settings, **defaults))
 
+    given = with_given_values(view)
+    if (given.camera, given.dock) != (view.camera, view.dock):
+        add(
+            f"Not as given: {difference_words(given, view)}",
+            "Camera or dock are not those of the file.",
+            with_given_values,
+        )
     if view.by_hand is not None:
         add("Pose chosen by hand", "For this picture.", lambda view: with_pose_by_hand(view, None))
     if settings.method == "fixed":

@@ -170,3 +170,10 @@ LENS, DISTORTION, PORT, DOCK, DETECTION = map(_group, ("lens", "distortion", "po
 SCENE_POSE, SCENE_WATER, SCENE_DISTURBANCES = map(_group, ("scene_pose", "scene_water", "scene_disturbances"))
 SCENE = SCENE_POSE | SCENE_WATER | SCENE_DISTURBANCES
 PARAMETERS = LENS | DISTORTION | PORT | DOCK | DETECTION | SCENE
+
+
+def with_given_number(view: View, label: str) -> View:
+    """Set the number of that label back to what was given of the camera or the dock."""
+    given = replace(view, camera=view.given_camera, dock=view.given_dock)
+    found = [one for one in (LENS | DISTORTION | PORT | DOCK).values() if one.label == label and one.is_there(view)]
+    return found[0].put(view, found[0].get(given)) if found else view

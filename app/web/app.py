@@ -24,7 +24,6 @@ from dockpose.app.web.server.viser_private import icons_from_one_archive
 from dockpose.sources import Frame
 
 LOOPBACK = "127.0.0.1"
-FRAME_LIMIT_S = 60.0  # a frame of a sequence that takes longer no longer holds up the next
 
 
 class App(Page, contextlib.AbstractContextManager["App"]):
@@ -42,7 +41,6 @@ class App(Page, contextlib.AbstractContextManager["App"]):
         super().__init__(source, camera, dock, host, port, options)
         self._shown = view = self._view
         self._uploads = Uploads(options.upload_limit_bytes, self.kept.make_room)
-        self._newest: Analysis | None = None
         self._is_warm = False
         self._looks = Looks(self.server, self._guard, lambda *look: self._layout.of(SettingsPanel).follow(*look))
         self._pacing = pacing = UpdatePacing(lambda: bool(self._looks.slow), lambda: self.is_playing)
@@ -50,14 +48,13 @@ class App(Page, contextlib.AbstractContextManager["App"]):
             self.closing.callback(options.autopilot.close)
         with icons_from_one_archive():
             self._layout = Layout(self)
-        self._panels, self.sequence = self._layout.panels, self._layout.of(SequencePanel)
+        self.panels, self.sequence = self._layout.panels, self._layout.of(SequencePanel)
         self._layout.of(GuidancePanel).watch(self._layout.of(StripPanel).say_stale)
         self.load(view)
         self._current: Analysis | None = None
         self._drawing, self._greeting = threading.Lock(), threading.Lock()
         self._scene_worker = LatestWorker(self._draw, self.fail, pacing.drawing_pauses_s)
-        self._worker: LatestWorker[View | Frame | None] = LatestWorker(self._work, self.fail)
-        self._worker.submit(view)
+        self.worker.submit(view)
         self.server.on_client_connect(self._welcome)
         self.server.on_client_disconnect(self._say_goodbye)
         try:
@@ -70,14 +67,14 @@ class App(Page, contextlib.AbstractContextManager["App"]):
     def wait_until_idle(self, timeout_s: float) -> bool:
         """Wait until the newest view was worked on; False if that takes longer."""
         end_s = time.monotonic() + timeout_s
-        workers = (self._worker, self._scene_worker)  # in this order: the first gives the second its work
+        workers = (self.worker, self._scene_worker)  # in this order: the first gives the second its work
         return all(worker.wait_until_idle(max(0.0, end_s - time.monotonic())) for worker in workers)
 
     def stop(self) -> None:
         """End the worker and the server."""
         self.sequence.close()
         self.closing.close()
-        self._worker.close()
+        self.worker.close()
         self._scene_worker.close()
         self.memory.write()
         with silence():
@@ -86,35 +83,6 @@ class App(Page, contextlib.AbstractContextManager["App"]):
     def __exit__(self, *_: object) -> None:
         self.stop()
 
-    def load(self, view: View) -> None:
-        """Set all controls to the values of a view."""
-        for panel in self._panels:
-            panel.load(view)
-        self.choices.put_back()
-
-    def work_on(self, view: View) -> None:
-        """Have a view worked on and shown."""
-        self._worker.submit(view)
-
-    def close_sequence(self) -> None:
-        """Close the sequence that is open."""
-        self.sequence.close()
-
-    def show_frame(self, frame: Frame) -> None:
-        """Search and show a frame of the sequence that is open; returns when that is done."""
-        self._worker.submit(frame)
-        self._worker.wait_until_idle(FRAME_LIMIT_S)
-
-    def forget_frames(self) -> None:
-        """Forget the frames that were shown: another sequence was opened, or none."""
-        self._newest = None
-        self.history.forget()
-
-    def on_rest(self) -> None:
-        """Show the frame in full; while playing, only its picture may have been shown."""
-        if self._newest is not None:
-            self._worker.submit(None)
-
     def _welcome(self, client: viser.ClientHandle) -> None:
         LOG.info("browser %d opened the page", client.client_id)
         client.scene.set_global_visibility(True)  # only now: all else on its page would wait for the first drawing
@@ -122,7 +90,7 @@ class App(Page, contextlib.AbstractContextManager["App"]):
         self._layout.of(StripPanel).count_browsers(len(self.server.get_clients()))
         uploads = self._uploads.attach(client)
         with self._greeting:  # viser takes buttons for one browser at a time into a folder
-            for panel in self._panels:
+            for panel in self.panels:
                 panel.welcome(client, uploads)
 
     def _say_goodbye(self, client: viser.ClientHandle) -> None:
@@ -132,14 +100,14 @@ class App(Page, contextlib.AbstractContextManager["App"]):
         self._notices.forget(client)
         self._layout.of(StripPanel).count_browsers(len(self.server.get_clients()))
 
-    def _work(self, job: View | Frame | None) -> None:
-        """Work on a view, on a frame, or show all of the newest frame."""
+    def work_on(self, job: View | Frame | None) -> None:
+        """Work on a view, on a frame, or show all of the newest frame; called from the worker's thread."""
         if isinstance(job, Frame):
             self._work_on_frame(job)
             return
         if job is None:
-            if self._newest is not None:
-                self._show(self._newest)
+            if self.newest is not None:
+                self._show(self.newest)
             return
         try:
             analysis = analyse(job, self._current)
@@ -164,7 +132,7 @@ class App(Page, contextlib.AbstractContextManager["App"]):
             if (view.camera, view.dock, view.list_name) != (before.camera, before.dock, before.list_name):
                 self.load(view)
         self.tell_notes(before, view, None)
-        analysis = self._newest = follower.read(view, frame)
+        analysis = self.newest = follower.read(view, frame)
         if self.options.autopilot is not None and (seen := analysis.tracked_frame) is not None:
             assumed = f"the {' and the '.join(sorted(view.assumed))} is assumed" if view.assumed else None
             self.options.autopilot.see(frame, analysis.estimate, seen.tracked, analysis.trust, assumed)
@@ -179,10 +147,10 @@ class App(Page, contextlib.AbstractContextManager["App"]):
         is_hidden = is_frame and self._pacing.hides_scene()
         with self.live.held, self.server.atomic() if is_frame else contextlib.nullcontext():
             self.live.put(hidesScene=is_hidden)
-            for panel in self._panels[: self._layout.until_sent]:
+            for panel in self.panels[: self._layout.until_sent]:
                 panel.show(analysis)
             self.live.show(analysis)
-            for panel in self._panels[self._layout.until_sent :]:
+            for panel in self.panels[self._layout.until_sent :]:
                 panel.show(analysis)
             if is_frame and not is_hidden:
                 self._draw(analysis)

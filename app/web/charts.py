@@ -1,18 +1,13 @@
-"""Charts of the page, drawn by uPlot: an experiment's errors against range, and a sweep over the level."""
+"""Charts of the page, drawn by uPlot: an experiment's errors against range."""
 
 import math
-import time
 from collections.abc import Sequence
-from html import escape
 from typing import Any
 
 import numpy as np
 import viser
-from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE, VERMILLION
+from dockpose.app.drawing.colours import BLUE, GREEN, VERMILLION
 from dockpose.app.experiment import Row
-from dockpose.app.processing.comparison import CENTRES, SWEPT_LEVELS, LevelSweep
-from dockpose.app.web.html import small
-from dockpose.thresholds import LEVELS
 from viser import uplot
 
 Ends = tuple[float, float]
@@ -20,9 +15,6 @@ _FONT = "11px sans-serif"
 _ERRORS_PX = 150
 _LEAST = 0.1  # cm or degrees
 _SIZES_PX = (4.0, 7.0, 10.0)  # so that points at the same place are all seen
-_LOOKS = ((VERMILLION, 6.0), (ORANGE, 4.0), (BLUE, 2.0))  # no lines, which would fall to 0 where nothing was found
-_SWEEP_PX = 190
-_EVERY_S = 0.2
 
 
 def rings(label: str, colour: str, size_px: float) -> uplot.Series:
@@ -118,48 +110,3 @@ class ErrorCharts:
                 chart.show(tuple(points.T), x=fitting_ends(points[:, 0], _LEAST), y=ends)
             else:
                 chart.handle.visible = False
-
-
-def sweep_top_px(sweep: LevelSweep) -> float:
-    """Return the end of the vertical axis: 1, 2 or 5 times a power of ten, with nearly all errors below."""
-    known = sweep.errors_px[~np.isnan(sweep.errors_px)]
-    most = max(1.0, 1.1 * float(np.quantile(known, 0.97)) if len(known) else 1.0)
-    power = 10.0 ** math.floor(math.log10(most))
-    return next(step * power for step in (1, 2, 5, 10) if step * power >= most)
-
-
-def sweep_sentence(sweep: LevelSweep) -> str:
-    """Say over which levels a dock was found, and the median error of each guess."""
-    found = ~np.isnan(sweep.errors_px[:, 0])
-    if not found.any():
-        return f"No level shows a dock (measured against {sweep.reference})."
-    medians = np.median(sweep.errors_px[found], axis=0)
-    guesses = "; ".join(f"{name} {error:.2f} px" for name, error in zip(CENTRES, medians, strict=True))
-    levels = sweep.levels[found]
-    return (
-        f"A dock at {len(levels)} of {len(sweep.levels)} levels, from {levels[0]} to {levels[-1]}. Median distance "
-        f"from {sweep.reference}: {guesses}."
-    )
-
-
-class SweepChart:
-    """Draws a sweep; hidden until the first."""
-
-    def __init__(self, gui: viser.GuiApi) -> None:
-        self._drawn_s = -math.inf
-        curves = [rings(name, colour, size) for name, (colour, size) in zip(CENTRES, _LOOKS, strict=True)]
-        axes = axis("fixed level (0-255)", 26, 16), axis("centre off by (px)", 34, 16)
-        self._chart = Chart(gui, "level", curves, axes, _SWEEP_PX)
-        self._sentence = gui.add_html("")
-
-    def grow(self, sweep: LevelSweep) -> None:
-        """Draw what was swept so far, a few times a second."""
-        if time.monotonic() - self._drawn_s >= _EVERY_S or len(sweep.levels) == 1:
-            self.show(sweep, f"Levels up to {sweep.levels[-1]} of {SWEPT_LEVELS[-1]} are drawn. ")
-            self._drawn_s = time.monotonic()
-
-    def show(self, sweep: LevelSweep, before: str = "") -> None:
-        """Draw a sweep, and describe it after the words ``before``."""
-        data = (sweep.levels.astype(float), *sweep.errors_px.T)  # NaN where a level shows no dock
-        self._chart.show(data, x=(0.0, LEVELS - 1.0), y=(0.0, sweep_top_px(sweep)))
-        self._sentence.content = small(escape(before + sweep_sentence(sweep)), 'id="sweep"')

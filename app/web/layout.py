@@ -1,8 +1,10 @@
 """Layout of the page: its panels in their tabs."""
 
+from functools import partial
 from typing import Any, TypeVar
 
 import viser
+from dockpose.app.state.parameters import with_given_number
 from dockpose.app.web.choices import Act
 from dockpose.app.web.html import help_link
 from dockpose.app.web.live import Acts, WishBox, wish_to
@@ -87,6 +89,9 @@ class Layout:
                 wish_to("board", name=str): lambda wish, client: self.of(CalibrationPanel).toggle(wish.name, client),
                 wish_to("chip", label=str): lambda wish, client: self.of(ChipsPanel).press(wish.label, client),
                 wish_to("layers", of=list[str]): lambda wish, client: self.of(ExportPanel).follow(wish.of, client),
+                wish_to("given", label=str): lambda wish, client: app.change(
+                    partial(with_given_number, label=wish.label), client, reload=True
+                ),
                 wish_to("zip"): lambda wish, client: self.of(ExportPanel).save_all(client),
                 wish_to("compare"): lambda wish, client: self.of(ComparePanel).compare(),
                 wish_to("use", method=str): lambda wish, client: self.of(ComparePanel).use(wish.method, client),

@@ -2,16 +2,17 @@
 
 import contextlib
 import threading
-from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import viser
 from dockpose import Camera, Dock
 from dockpose.app.inputs.received import UploadStore
 from dockpose.app.inputs.sequences import FrameSource, given, is_sequence, of_size
-from dockpose.app.processing.background import FramePlayer
+from dockpose.app.processing.analysis import Analysis
+from dockpose.app.processing.background import FramePlayer, LatestWorker
 from dockpose.app.state.camera import kept
 from dockpose.app.state.preferences import Memory, with_last_settings
 from dockpose.app.state.tank import Tanks
@@ -28,8 +29,10 @@ from dockpose.app.web.server.start import open_server, reachable_hosts, token_fo
 from dockpose.app.web.work import BackgroundWork
 from dockpose.sources import Frame
 
+FRAME_LIMIT_S = 60.0  # a frame of a sequence that takes longer no longer holds up the next
 
-class Page(ABC):
+
+class Page:
     """The server, the view and what is kept of it; :class:`dockpose.app.web.app.App` works on it and shows it."""
 
     def __init__(
@@ -52,6 +55,10 @@ class Page(ABC):
         self.closing.callback(self.work.close)
         self.opened: FrameSource | None = None  # the sequence that is open
         self.player: FramePlayer | None = None  # which plays it
+        self.close_sequence = lambda: None  # replaced by what can
+        self.panels: Sequence[Any] = ()  # which have controls and show results
+        self.newest: Analysis | None = None  # of the frames of a sequence
+        self.worker: LatestWorker[View | Frame | None] = LatestWorker(self.work_on, self.fail)
 
     def _first_view(self, source: str | None, camera: Camera | None, dock: Dock | None) -> View:
         tank = self.memory.now.tank
@@ -64,29 +71,30 @@ class Page(ABC):
             view = (self.memory.last_view(tank) if is_left_open else None) or open_source(source, camera, dock, tank)
         return with_last_settings(view, self.memory.now.settings)
 
-    @abstractmethod
+    def work_on(self, job: View | Frame | None) -> None:
+        """Work on a view, on a frame, or show all of the newest frame; called from the worker's thread."""
+        raise NotImplementedError
+
     def load(self, view: View) -> None:
         """Set all controls to the values of a view."""
+        for panel in self.panels:
+            panel.load(view)
+        self.choices.put_back()
 
-    @abstractmethod
-    def work_on(self, view: View) -> None:
-        """Have a view worked on and shown."""
-
-    @abstractmethod
     def show_frame(self, frame: Frame) -> None:
         """Search and show a frame of the sequence that is open; returns when that is done."""
+        self.worker.submit(frame)
+        self.worker.wait_until_idle(FRAME_LIMIT_S)
 
-    @abstractmethod
-    def on_rest(self) -> None:
-        """Show the frame in full; while playing, only its picture may have been shown."""
-
-    @abstractmethod
     def forget_frames(self) -> None:
         """Forget the frames that were shown: another sequence was opened, or none."""
+        self.newest = None
+        self.history.forget()
 
-    @abstractmethod
-    def close_sequence(self) -> None:
-        """Close the sequence that is open."""
+    def on_rest(self) -> None:
+        """Show the frame in full; while playing, only its picture may have been shown."""
+        if self.newest is not None:
+            self.worker.submit(None)
 
     @property
     def port(self) -> int:
@@ -132,7 +140,7 @@ class Page(ABC):
             if after is not before:
                 self.history.note(before, after)
                 if not (self.is_playing and after.list_name == "sequence"):  # else the next frame has it
-                    self.work_on(after)
+                    self.worker.submit(after)
         if before.list_name == "sequence" != after.list_name:
             self.close_sequence()
         self.tell_notes(before, after, client)

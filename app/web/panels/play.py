@@ -48,6 +48,7 @@ class SequencePanel(Panel):
         self._camera = LiveControls(app)
         self._put_numbers()
         self._show_choice()
+        app.close_sequence = self.close
 
     def names(self) -> list[str]:
         """Return the names of the sequences that can be chosen."""

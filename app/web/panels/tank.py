@@ -58,10 +58,9 @@ class CameraPanel(Panel):
             with self.gui.add_folder("Port and water", expand_by_default=False, order=5):
                 self.add_value("checkbox", "port")
                 self.add_sliders(PORT)
-            with self.gui.add_folder("Save, or go back", expand_by_default=False, order=6):
-                self.add("button", "given", self.changing(optics.with_given_values))
-                kind = self.add("dropdown", "format", options=FORMATS)
-                self.add_download("save", "camera.yaml", lambda view: optics.camera_file(view.camera, kind.value))
+            kind = self.add("dropdown", "format", options=FORMATS)
+            self.add_download("save", "camera.yaml", lambda view: optics.camera_file(view.camera, kind.value))
+            self.add_download("save_dock", "dock.yaml", lambda view: optics.dock_file(view.dock))
         self.add_upload(area, "load", self.changing_by_file(optics.with_camera_file))
         self._add_spacing()
 
@@ -194,18 +193,18 @@ class TanksPanel(Panel):
 
     def load(self, view: View) -> None:
         """Show which saved tank is My tank, and what can be done with it."""
-        names, name = self._tanks.names(), view.tank.name
-        offer(self._choice, (NOT_SAVED, *names), name if self._tanks.is_saved(view.tank) else NOT_SAVED)
-        if name in names:
-            self._name.value = name
-        self._show_buttons(view)
+        if view.tank.name in self._tanks.names():
+            self._name.value = view.tank.name
+        self._offer(view)
 
     def show(self, analysis: Analysis) -> None:
         """Offer what fits the picture that is shown."""
-        self._show_buttons(analysis.view)
+        self._offer(analysis.view)
 
-    def _show_buttons(self, view: View) -> None:
-        self._forget.visible = view.tank.name in self._tanks.names()
+    def _offer(self, view: View) -> None:
+        names, tank = self._tanks.names(), view.tank
+        offer(self._choice, (NOT_SAVED, *names), tank.name if self._tanks.is_saved(tank) else NOT_SAVED)
+        self._forget.visible = tank.name in names
         self._take.visible = "picture" in (view.camera_of, view.dock_of)
 
     def _choose(self, client: Client) -> None:

@@ -57,6 +57,11 @@ def test_what_is_changed_on_an_own_picture_is_my_tank_s(own):
     assert (fx_of(changed.tank), changed.tank.dock.diameter, changed.tank.name) == (900, 0.5, "Pool A")
     back = do(changed, optics.with_given_values)
     assert (back.tank, back.camera, back.dock) == (MINE, CAMERA, MINE.dock)
+    other = do(changed, optics.with_tank, Tank("Pool B", dock=Dock(0.9, 4), knows_diameter=True))
+    assert (do(put(other, "diameter_cm", 70), optics.with_given_values).dock.diameter, other.camera_of) == (
+        0.9,
+        "guess",
+    )
 
 
 def test_guessed_camera_is_the_operators_once_a_number_is_typed_and_its_note_goes(sample):

@@ -16,6 +16,7 @@ from dockpose.thresholds import METHODS
 from tests.support.visitors import Visitor
 
 AREA = "Min. area (px)"
+NO_CONTROLS = {f"{name}Message" for name in ("GuiFolder", "GuiForm", "GuiImage", "RegisterCommand")}
 
 
 @pytest.fixture
@@ -70,7 +71,7 @@ def test_unknown_host_is_named():
 def test_of_what_a_browser_wishes_only_what_it_may_is_done(app, caplog):
     with Visitor(app.address) as visitor:
         # What comes for this browser alone would else be queued when it has gone, which is told.
-        files = {look["label"] for panel in app._panels for _, look, *_ in panel._uploads}
+        files = {look["label"] for panel in app.panels for _, look, *_ in panel._uploads}
         assert visitor.until(lambda visitor: AREA in visitor.ids and files <= visitor.buttons.keys())
         for number, level in ((5, '"x"'), (6, "1e999"), (7, "77,"), (8, "90")):
             visitor.set("Done in the picture", f'{{"do":"level","number":{number},"level":{level}}}')
@@ -157,12 +158,11 @@ def test_what_is_refused_is_not_put_back(app):
 
 def test_there_are_no_more_controls_than_people_can_know(app):
     with Visitor(app.address) as visitor:
-        uploads = {look["label"] for panel in app._panels for _, look, *_ in panel._uploads}
+        uploads = {look["label"] for panel in app.panels for _, look, *_ in panel._uploads}
         assert visitor.until(lambda visitor: AREA in visitor.ids and uploads <= visitor.buttons.keys())
         kinds = [*visitor.kinds.values(), *visitor.buttons]
-    controls = [kind for kind in kinds if kind not in ("GuiFolderMessage", "GuiFormMessage")]
+    controls = [kind for kind in kinds if kind not in NO_CONTROLS]
     our_own = 2  # hidden boxes, by which our elements talk
-    print(len(controls) - our_own, sorted(set(controls)))
     assert 100 < len(controls) - our_own <= 110
 
 
@@ -200,7 +200,7 @@ def test_error_in_a_panel_is_told_and_the_next_view_is_worked_on(app, monkeypatc
         raise RuntimeError("the panel broke")
 
     assert app.wait_until_idle(120)
-    monkeypatch.setattr(app._panels[-1], "show", fail)
+    monkeypatch.setattr(app.panels[-1], "show", fail)
     app.change(lambda view: put(view, "diameter_cm", 40))
     assert app.wait_until_idle(120)
     assert "the panel broke" in caplog.text

@@ -7,7 +7,7 @@ from functools import partial
 from operator import attrgetter
 from typing import Any
 
-from dockpose import Camera
+from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.resources import read_toml
 from dockpose.app.state.camera import DEFAULT_PORT, coefficients_of, with_coefficient
@@ -16,6 +16,7 @@ from dockpose.app.state.view import View
 from dockpose.simulate.parts import Mirror, Snow
 from msgspec.structs import replace as changed
 
+LEAST_LIGHTS = 3
 _IF_NONE = {"port": DEFAULT_PORT, "scene": DEFAULT_SCENE}
 
 
@@ -130,6 +131,12 @@ def _coefficient(index: int, usual: float) -> dict[str, Any]:
     return {"limits": limits, "shown": lambda camera: coefficients_of(camera)[index], "stored": stored}
 
 
+def _with_lights(number: float, dock: Dock) -> Dock:
+    """Another number of lights, 0 for unknown; what was given light by light is dropped."""
+    lights = None if number == 0 else max(round(number), LEAST_LIGHTS)
+    return dock if lights == dock.lights else changed(dock, lights=lights, angles_deg=(), colours=(), offsets_m=())
+
+
 def _with_snow(number: float, snow: Snow | None) -> Snow | None:
     return changed(snow or Snow(count=0), count=number) if number > 0 else None
 
@@ -149,6 +156,7 @@ _FUNCTIONS: dict[str, dict[str, Any]] = {
     "p2": _coefficient(3, 0.1),
     "k3": _coefficient(4, 2.0),
     "diameter_cm": {"limits": _diameter_limits},
+    "lights": {"shown": lambda dock: dock.lights or 0, "stored": _with_lights},
     "turbidity": {"shown": turbidity_of, "stored": lambda number, water: water_at(number)},
     "light": {"shown": lambda level: math.log10(max(level, 10)), "stored": lambda number, level: 10**number},
     "snow": {"shown": lambda snow: 0 if snow is None else snow.count, "stored": _with_snow},

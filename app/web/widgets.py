@@ -30,14 +30,14 @@ class Panel:
         self.said = read_toml("controls.toml").get(self.table, {})
         self.analysis: Analysis | None = None
         self.sliders: dict[str, Slider] = {}
-        self._values: list[tuple[Any, Value]] = []
+        self.values: list[tuple[Any, Value]] = []
         self._uploads: list[tuple[viser.GuiFolderHandle, dict[str, Any], Take, bool]] = []
 
     def load(self, view: View) -> None:
         """Set the controls to the values of a view."""
         for slider in self.sliders.values():
             slider.load(view)
-        for handle, value in self._values:
+        for handle, value in self.values:
             if value.options is not None:
                 offer(handle, value.options(view), value.get(view))
             else:
@@ -75,9 +75,11 @@ class Panel:
     def add_value(self, kind: str, name: str, *, reload: bool = True, **more: Any) -> Any:
         """Add a control by its row of the table, which sets the value of that name and shows it from then on."""
         value = VALUES[name]
+        if value.options is not None:
+            more["options"] = value.options(self.app.view)
         act = self.changing(lambda view: value.put(view, handle.value), reload=reload)
         handle = self.add(kind, name, act, **more)
-        self._values.append((handle, value))
+        self.values.append((handle, value))
         return handle
 
     def add_sliders(self, parameters: Mapping[str, Parameter], putters: Mapping[str, Any] = {}) -> None:

@@ -46,7 +46,7 @@ def test_camera_is_saved_and_loaded(page):
 
 def test_given_angles_of_the_lights(page):
     page.tab("Tank")
-    number = page.page.get_by_label("Number of lights")
+    number = page.box("Number of lights")
     page.box("Light angles (°)").fill("0, 30, 80, 120, 180, 250, 300")
     page.rest()
     assert page.app.view.dock.lights == 10  # nothing is taken over while it is typed

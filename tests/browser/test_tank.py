@@ -154,7 +154,7 @@ def test_level_and_mask_are_chips_on_the_next_picture_that_one_click_removes(pag
 
 def test_box_never_keeps_a_number_that_was_not_taken(page):
     page.tab("Tank")
-    box = page.page.get_by_label("Number of lights")
+    box = page.box("Number of lights")
     box.fill("1")
     page.until(lambda: page.app.view.dock.lights == 3)
     page.until(lambda: box.input_value() == "3")
@@ -190,6 +190,6 @@ def test_error_budget_of_the_tank_in_force(page):
     rows = page.page.locator("#budget tbody tr")
     page.until(lambda: rows.count() == 24)
     assert "10 lights" in page.page.locator("#budget").locator("xpath=..").inner_text()
-    page.page.get_by_label("Number of lights").fill("8")
+    page.box("Number of lights").fill("8")
     page.page.get_by_text("The camera or the dock has changed: press again.").wait_for()
     assert rows.count() == 0

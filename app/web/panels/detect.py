@@ -13,7 +13,6 @@ from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state import changes as choices
 from dockpose.app.state.parameters import DETECTION
-from dockpose.app.state.values import CENTROIDS
 from dockpose.app.state.view import MeasuredPose, View
 from dockpose.app.web.html import help_link, pose_name, result_cells, row, small, table, wide_row
 from dockpose.app.web.page import Page
@@ -70,7 +69,7 @@ class DetectPanel(Panel):
         )
         self._level = Slider(app, DETECTION["level"], self._with_fixed_level)
         self._min_area = Slider(app, DETECTION["min_area_px"])
-        self.add_value("dropdown", "centroid", options=tuple(CENTROIDS))
+        self.add_value("dropdown", "centroid")
         app.live.place("detect", detect_html)
 
     def load(self, view: View) -> None:

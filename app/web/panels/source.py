@@ -151,7 +151,7 @@ class SimulatorPanel(Panel):
                 self.add_sliders(SCENE_POSE)
             with self.gui.add_folder("Water and light", expand_by_default=False):
                 self.add_sliders(SCENE_WATER)
-                self.add_value("dropdown", "psf", options=scenes.PSF_MODELS)
+                self.add_value("dropdown", "psf")
             with self.gui.add_folder("Disturbances", expand_by_default=False):
                 self.add_sliders(SCENE_DISTURBANCES)
                 self.add_value("text", "missing", reload=False)

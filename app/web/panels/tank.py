@@ -10,24 +10,20 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state import camera as optics
 from dockpose.app.state.camera import with_tank, with_these_as_mine
 from dockpose.app.state.changes import (
-    MAX_LIGHTS,
     Chip,
-    angles_text,
     chips,
     dropped_sentence,
-    with_angles,
-    with_lights,
 )
 from dockpose.app.state.parameters import DISTORTION, DOCK, LENS, PORT, put
 from dockpose.app.state.tank import tank_words
+from dockpose.app.state.values import VALUES
 from dockpose.app.state.view import View
 from dockpose.app.web.choices import Client, on_person
 from dockpose.app.web.html import row, small, table
 from dockpose.app.web.page import Page
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import Panel, offer, return_when_idle
+from dockpose.app.web.widgets import Panel, offer
 from dockpose.camera.files import FORMATS
-from dockpose.camera.tone import TONES
 from dockpose.study.budget import budget
 from msgspec.structs import replace as changed
 
@@ -54,7 +50,7 @@ class CameraPanel(Panel):
             self._lock = self.add("checkbox", "lock", self.changing(self._with_lock), order=3)
             with self.gui.add_folder("Lens distortion", expand_by_default=False, order=4):
                 self.add_sliders(DISTORTION)
-            self.add_value("dropdown", "tone", options=TONES, order=2.5)
+            self.add_value("dropdown", "tone", order=2.5)
             with self.gui.add_folder("Port and water", expand_by_default=False, order=5):
                 self.add_value("checkbox", "port")
                 self.add_sliders(PORT)
@@ -69,37 +65,29 @@ class CameraPanel(Panel):
         super().load(view)
         if view.camera.fx != view.camera.fy:
             self._lock.value = False
-        self._load_lights(view)
-        self._angles.value = angles_text(view.dock)
 
     def _add_main_numbers(self) -> None:
         """What everything hangs on, in sight when the page opens."""
-        count = len(LENS) + len(DOCK) + 1
+        count = len(LENS) + len(DOCK)
         self.gui.add_html(f'<dockpose-name-next name="main-number" count="{count}"></dockpose-name-next>')
-        self.add_sliders(LENS | DOCK, {name: partial(self._with_focal, name) for name in ("fx", "fy")})
-        self._lights = self.add(
-            "number", "lights", lambda client: self.change(partial(self._with_lights, client), client), max=MAX_LIGHTS
-        )
+        putters = {name: partial(self._with_focal, name) for name in ("fx", "fy")}
+        self.add_sliders(LENS | DOCK, putters | {"lights": self._with_lights})
 
     def _add_spacing(self) -> None:
         uneven = self.gui.add_folder("Lights that are not evenly spaced", expand_by_default=False)
         with uneven, self.gui.add_form(None) as spacing:
-            set_angles = self.changing(lambda view: with_angles(view, self._angles.value))
+            set_angles = self.changing(lambda view: VALUES["angles"].put(view, self._angles.value))
             self._angles = self.add("text", "angles")
+            self.values.append((self._angles, VALUES["angles"]))
             self.add("button", "set_angles", set_angles)
         on_person(spacing.on_submit, set_angles)
 
-    def _load_lights(self, view: View) -> None:
-        self._lights.value = view.dock.lights or 0
-
-    def _with_lights(self, client: Client, view: View) -> View:
-        changed = with_lights(view, self._lights.value)
-        if (changed.dock.lights or 0) != self._lights.value:
-            return_when_idle(self._lights, self.change, client, self._load_lights)
+    def _with_lights(self, view: View, value: Any) -> View:
+        changed = put(view, "lights", value)
         lost = dropped_sentence(view.dock, changed.dock)
         if lost:
-            client.add_notification("Please check the lights", lost, color="yellow")
-        self._angles.value = angles_text(changed.dock)
+            self.app.notify("Please check the lights", lost, "yellow", None)
+        self._angles.value = VALUES["angles"].get(changed)
         return changed
 
     def _with_focal(self, name: str, view: View, value: Any) -> View:

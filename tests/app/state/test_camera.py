@@ -4,7 +4,7 @@ import pytest
 from dockpose import Camera, Dock
 from dockpose.app.inputs.pictures import load_sample
 from dockpose.app.state import camera as optics
-from dockpose.app.state.changes import chips, with_lights
+from dockpose.app.state.changes import chips
 from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import with_scene
 from dockpose.app.state.tank import Tank
@@ -53,7 +53,7 @@ def test_a_look_at_a_sample_never_touches_my_tank(own):
 
 
 def test_what_is_changed_on_an_own_picture_is_my_tank_s(own):
-    changed = do(do(do(do(own, put, "fx", 900), put, "cy", 1), with_lights, 0), put, "diameter_cm", 50)
+    changed = do(do(do(do(own, put, "fx", 900), put, "cy", 1), put, "lights", 0), put, "diameter_cm", 50)
     assert (fx_of(changed.tank), changed.tank.dock.diameter, changed.tank.name) == (900, 0.5, "Pool A")
     back = do(changed, optics.with_given_values)
     assert (back.tank, back.camera, back.dock) == (MINE, CAMERA, MINE.dock)
@@ -132,7 +132,7 @@ def test_diameter_is_assumed_until_somebody_gives_it_or_a_picture_brings_it(samp
     assert sample.assumed == ()
     view = with_upload(open_source(None, CAMERA, None), PICTURE, "a.png")
     assert (view.assumed, view.dock.diameter) == (("dock",), 0.3)
-    with_eight = do(view, with_lights, 8)
+    with_eight = do(view, put, "lights", 8)
     assert (with_eight.assumed, with_eight.tank.dock.lights) == (("dock",), 8)  # which do not say how large the ring is
     assert do(view, put, "diameter_cm", 45).assumed == ()
     assert do(do(view, put, "diameter_cm", 45), put, "diameter_cm", 30).assumed == ()

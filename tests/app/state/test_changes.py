@@ -21,7 +21,7 @@ UNEVEN = (0.0, 30.0, 75.0, 120.0, 180.0, 250.5, 300.0)
 @pytest.mark.parametrize("value", [math.nan, "8", None, True, [8]])
 def test_number_of_lights_that_is_no_number_is_refused(view, value):
     with pytest.raises(UserError, match="must be a number"):
-        choices.with_lights(view, value)
+        put(view, "lights", value)
 
 
 def with_dock(view, **values):
@@ -85,21 +85,21 @@ def test_another_number_of_lights_drops_what_no_longer_fits_and_says_so(view, nu
         ("offsets_m", offsets_m, "3 measured places"),
     ):
         before = with_dock(view, **{name: values}, **kept)
-        after = choices.with_lights(before, number)
+        after = put(before, "lights", number)
         assert after.dock == Dock(0.3, number or None, **kept)
         assert word in choices.dropped_sentence(before.dock, after.dock)
 
 
 def test_entrance_off_the_axis_needs_its_lights(view):
     before = with_dock(view, lights=8, entrance=Entrance(position_m=(0.1, 0.0, 0.0)))
-    assert choices.with_lights(before, 10).dock.entrance == before.dock.entrance
+    assert put(before, "lights", 10).dock.entrance == before.dock.entrance
     with pytest.raises(ValueError, match="an entrance off the dock's axis needs them"):
-        choices.with_lights(before, 0)
+        put(before, "lights", 0)
 
 
 def test_same_number_of_lights_keeps_everything(view):
     before = with_dock(view, angles_deg=UNEVEN)
-    assert choices.with_lights(before, 7) is before
+    assert put(before, "lights", 7).dock is before.dock
     assert choices.dropped_sentence(before.dock, before.dock) == ""
     assert choices.dropped_sentence(Dock(0.3, 8), Dock(0.3, 10)) == ""
 
@@ -114,7 +114,7 @@ def test_even_spacing_written_out_gives_the_same_pose(view):
 
 @pytest.mark.parametrize(("value", "lights"), [(0, None), (-2, None), (1, 3), (8, 8), (8.4, 8), (1000, 60)])
 def test_number_of_lights(view, value, lights):
-    assert choices.with_lights(view, value).dock.lights == lights
+    assert put(view, "lights", value).dock.lights == lights
 
 
 def test_centroid(view):

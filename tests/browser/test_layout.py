@@ -44,12 +44,12 @@ BARS_OVER_TABS = f"""() => {{
 IN_SIGHT = """() => {
   const isSeen = (one) => {
     const { left, top, width, height } = one.getBoundingClientRect();
-    if (!one.checkVisibility({ visibilityProperty: true, opacityProperty: true }) || width < 2 || height < 2) return false;
     const hit = document.elementFromPoint(left + width / 2, top + height / 2);
-    return hit !== null && (one.contains(hit) || hit.contains(one));
+    const isShown = one.checkVisibility({ visibilityProperty: true, opacityProperty: true }) && width > 1 && height > 1;
+    return isShown && hit !== null && (one.contains(hit) || hit.contains(one));
   };
-  const all = document.querySelectorAll("button:not([role=tab]), input:not([type=hidden], [type=file]), select, textarea, [role=slider]");
-  const seen = [...all].filter(isSeen);
+  const kinds = "button:not([role=tab]), input:not([type=hidden], [type=file]), select, textarea, [role=slider]";
+  const seen = [...document.querySelectorAll(kinds)].filter(isSeen);
   return new Set(seen.map((one) => (one.matches("button") ? one : viserPage.labelOf(one) || one))).size;
 }"""
 STAGE, PLOT = "dockpose-picture .stage", "dockpose-histogram .plot"

@@ -2,7 +2,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from dockpose.app.web.charts import Chart, error_points
+from dockpose.app.web.charts import CHARTS, Chart, error_points
 
 from tests.support.rows import changed
 
@@ -17,10 +17,16 @@ class _Gui:
 GUI: Any = _Gui()
 
 
-def test_gaps_are_hidden_below_the_axis():
-    chart = Chart(GUI, "x", [], (), 100)
-    chart.show((np.array([0.0, 1.0]), np.array([1.0, np.nan])), x=(0.0, 1.0), y=(-1.0, 3.0))
-    assert chart.handle.data[1].tolist() == [1.0, -5.0]
+def test_gaps_are_hidden_below_the_axis_and_a_single_point_is_drawn_twice():
+    chart = Chart(GUI, "off by (cm)", CHARTS["off by (°)"])
+    chart.show(np.array([[1.0, 0.5, np.nan], [2.0, -0.5, 0.25]]))
+    low, high = chart._ends["y"]
+    assert [one.tolist() for one in chart.handle.data] == [[1, 2], [0.5, -0.5], [low - (high - low), 0.25]]
+    chart.show(np.array([[1.0, 0.5, np.nan]]))
+    assert [len(one) for one in chart.handle.data] == [2, 2, 2]
+    assert chart.handle.visible
+    chart.show(np.zeros((0, 3)))
+    assert not chart.handle.visible
 
 
 def test_points_of_the_chart():

@@ -21,6 +21,7 @@ from dockpose.app.web.live import data_html
 from dockpose.app.web.page import Page
 from dockpose.app.web.panels.view import LOOK, runs
 from dockpose.app.web.widgets import Panel
+from dockpose.app.web.work import BackgroundWork
 from dockpose.camera.image import to_grey, to_levels
 from dockpose.estimate import geometry
 from dockpose.pose.known import pose_error
@@ -101,7 +102,9 @@ class ComparePanel(Panel):
         super().__init__(app)
         self._compared: View | None = None
         self._state: dict[str, Any] = {}
-        gui = self.gui
+        # Of its own, for in this tab the others are not in sight; and a file that is saved meanwhile does not hold it up.
+        gui, self._work = self.gui, BackgroundWork(self.gui, app.report, app.notify)
+        app.closing.callback(self._work.close)
         gui.add_html(f'<dockpose-compare style="{LOOK}"></dockpose-compare>')
         self._cards, self._states = gui.add_html(""), gui.add_html("")
         gui.add_html(help_link("compare"))
@@ -115,7 +118,7 @@ class ComparePanel(Panel):
     def compare(self) -> None:
         """Compare the methods on what is shown, unless the results there are of it."""
         if self.analysis is not None and not self._is_fresh:
-            self.app.work.start(partial(self._do_compare, self.analysis))
+            self._work.start(partial(self._do_compare, self.analysis))
 
     def use(self, method: str, client: Client) -> None:
         """Take a method for the picture."""

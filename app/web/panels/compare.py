@@ -102,7 +102,7 @@ class ComparePanel(Panel):
         super().__init__(app)
         self._compared: View | None = None
         self._state: dict[str, Any] = {}
-        # Of its own, for in this tab the others are not in sight; and a file that is saved meanwhile does not hold it up.
+        # Of its own: the bar above the tools is not in sight here, and a file that is saved does not hold it up.
         gui, self._work = self.gui, BackgroundWork(self.gui, app.report, app.notify)
         app.closing.callback(self._work.close)
         gui.add_html(f'<dockpose-compare style="{LOOK}"></dockpose-compare>')

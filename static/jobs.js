@@ -80,6 +80,12 @@ document.addEventListener("click", (event) => {
   take();
 }, true);
 
+// A double click on a slider sets it back to what the file has, once viser has sent where its clicks moved it.
+document.addEventListener("dblclick", (event) => {
+  const label = viserPage.sliderAround(event.target);
+  if (label) setTimeout(() => wish({ do: "given", label }), SETTLED_MS);
+});
+
 // A picture of the board, which is dropped by a click, and taken back by another.
 document.addEventListener("click", (event) => {
   const board = event.target.closest?.("[data-board]");

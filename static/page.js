@@ -41,11 +41,9 @@ async function ready(input) {
   }
 }
 
-// Choosing several, or a folder, in the button's own dialogue: viser would take the first only.
+// Choosing several in the button's own dialogue: viser would take the first only.
 document.addEventListener("click", (event) => {
-  if (!viserPage.takesMany(event.target)) return;
-  event.target.multiple = true;
-  event.target.webkitdirectory = event.target.accept.endsWith(".folder");
+  if (viserPage.takesMany(event.target)) event.target.multiple = true;
 }, true);
 document.addEventListener("change", (event) => {
   if (!viserPage.takesMany(event.target)) return;
@@ -54,9 +52,7 @@ document.addEventListener("change", (event) => {
     return;
   }
   event.stopImmediatePropagation();
-  const { accept, files, webkitdirectory } = event.target;
-  const isTaken = ({ name }) => !webkitdirectory || accept.split(",").some((ending) => name.toLowerCase().endsWith(ending));
-  sendAll([...files].filter(isTaken), event.target);
+  sendAll([...event.target.files], event.target);
 }, true);
 
 // Files dropped anywhere; without this the browser would leave the page to show them.
@@ -78,7 +74,7 @@ document.addEventListener("click", (event) => {
 
 // What was measured by hand stands in boxes for text, for viser's box for a number cannot be blank. They take nothing
 // but what a number is written with, so that a key pressed for a command never falls into one.
-const MEASURED = /^(Measured )?([xyz]|θ[xy]|Distance) \((cm|°)\)$/;
+const MEASURED = /^([xyz]|θ[xy]|Distance) \((cm|°)\)$/;
 
 function isMeasured(input) {
   return input.matches?.("input[type=text], input:not([type])") && MEASURED.test(viserPage.labelOf(input));

@@ -2,6 +2,7 @@
 "use strict";
 import { Flat } from "./flat.js";
 import "./frame.js";
+import { wish } from "./jobs.js";
 import { follow, hideBoxBefore, make, makeSvg, sendThrough } from "./link.js";
 import { overlayParts } from "./overlay.js";
 import { greyOf, keptPixels, paintKept, stretch } from "./pixels.js";
@@ -34,6 +35,7 @@ class Picture extends HTMLElement {
     hideBoxBefore(this);
     this.resizes = new ResizeObserver(() => this.resize());
     this.resizes.observe(this.stage);
+    if (localStorage.getItem(HIDDEN) !== null) this.tellLayers();
     this.end = follow("frame", (frame) => this.take(frame));
   }
 
@@ -167,8 +169,14 @@ class Picture extends HTMLElement {
     if (!this.layers.delete(name)) this.layers.add(name);
     this.buttons[`layer-${name}`].setAttribute("aria-pressed", String(this.layers.has(name)));
     localStorage.setItem(HIDDEN, JSON.stringify(Object.keys(LAYERS).filter((one) => !this.layers.has(one))));
+    this.tellLayers();
     if (this.shown === "original") this.show("annotated");
     else this.draw();
+  }
+
+  // What is exported is drawn alike.
+  tellLayers() {
+    if (document.documentElement.dataset.role !== "view") wish({ do: "layers", of: [...this.layers] });
   }
 
   toggleContrast() {

@@ -69,6 +69,9 @@ const viserPage = {
     box.dispatchEvent(new Event("input", { bubbles: true }));
   },
 
+  // A slider's name, for what is in its track.
+  sliderAround: (element) => (element.closest?.(".mantine-Slider-root") ? viserPage.labelOf(element) : ""),
+
   // Elements of our own each stand in a box, one after the other with those of the controls.
   boxAround: (element) => element.parentElement,
   boxBefore: (element) => element.parentElement?.previousElementSibling,

@@ -1,8 +1,8 @@
-"""All threshold methods on one picture, and how the dock's centre moves with a fixed level."""
+"""All threshold methods on one picture."""
 
 import contextlib
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -13,28 +13,16 @@ from dockpose.app.processing.background import Progress
 from dockpose.app.state.view import View
 from dockpose.camera.image import to_grey
 from dockpose.lights.masks import hide
-from dockpose.paper.levels import centre_errors_px
 from dockpose.pose.known import pose_error
-from dockpose.thresholds import LEVELS, METHODS, Histogram, MethodError, Threshold, histogram_of
+from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, histogram_of
 
-SWEPT_LEVELS = range(1, LEVELS)
 DEFAULTS = Settings()
-CENTRES = ("mean of the lights", "centre of the ellipse", "centre by the pose")
 _TIMED_AGAIN, _SLOW_MS = 3, 500.0
 
 
 def compared() -> tuple[str, ...]:
     """Return the methods that are compared: all but the fixed level, which somebody chose."""
     return tuple(name for name in METHODS if name != "fixed")
-
-
-@dataclass(frozen=True, eq=False)
-class LevelSweep:
-    """Distances (N, 3) px of ``CENTRES`` from the ``reference`` at ``levels`` (N,); NaN without a dock."""
-
-    levels: np.ndarray
-    errors_px: np.ndarray
-    reference: str
 
 
 def compare(
@@ -92,33 +80,3 @@ def error_words(found: Estimate, view: View) -> str:
     if error is None:
         return ""
     return f"{100 * error.distance_m:.1f} cm, {np.degrees(error.angle_rad):.1f}°".replace(" ", "\N{NO-BREAK SPACE}")
-
-
-def sweep_levels(
-    view: View,
-    present: Estimate,
-    progress: Progress,
-    levels: Sequence[int] = SWEPT_LEVELS,
-    show: Callable[[LevelSweep], None] = lambda sweep: None,
-) -> LevelSweep:
-    """Estimate at each level (Fig. 14), against the known centre or that of ``present``; ``show`` as it grows."""
-    centre, reference = _reference(view, present)
-    errors = np.full((len(levels), len(CENTRES)), np.nan)
-    for index, level in enumerate(progress.over(levels)):
-        settings = msgspec.structs.replace(view.settings, method="fixed", level=level)
-        found = estimate(view.image, view.camera, view.dock, settings, fall_back=False)
-        if centre is not None:
-            errors[index] = centre_errors_px(chosen_by_hand(found, view.by_hand), centre)
-        show(LevelSweep(np.asarray(levels[: index + 1]), errors[: index + 1].copy(), reference))
-    return LevelSweep(np.asarray(levels), errors, reference)
-
-
-def _reference(view: View, present: Estimate) -> tuple[np.ndarray | None, str]:
-    for known, words in ((view.truth, "the true centre"), (view.measured_pose, "the measured centre")):
-        if known is not None and known.position_m[2] > 0:
-            camera = view.camera
-            x, y, z = known.position_m
-            return np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy]), words
-    if present.selected is not None:
-        return present.selected.centre_px, "the centre found with the present settings"
-    return None, "nothing: no dock was found with the present settings"

@@ -1,1 +1,1 @@
-"""The document behind the page: one frozen View, every change to it, and the table of adjustable parameters."""
+"""The document behind the page: one frozen View, every change to it, and the tables of what controls set."""

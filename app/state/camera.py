@@ -12,9 +12,9 @@ from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import save_dock
 from dockpose.app.inputs.received import read_sent, written
 from dockpose.app.state.tank import Tank
-from dockpose.app.state.view import DEFAULT_DOCK, View, guess_camera, own_camera, own_dock
+from dockpose.app.state.view import View, own_camera, own_dock
 from dockpose.camera.files import load_camera, save_camera
-from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER, FlatPort
+from dockpose.camera.port import FlatPort
 from dockpose.camera.tone import TONES
 from msgspec.structs import replace as changed
 
@@ -28,10 +28,21 @@ def with_my_tank(view: View) -> View:
 
 def with_tank(view: View, tank: Tank) -> View:
     """Take another tank for My tank; a picture that came with a camera and a dock of its own keeps them."""
-    own = with_my_tank(replace(view, tank=tank))
+    own = _with_given(with_my_tank(replace(view, tank=tank)))
     if view.camera_of == "picture":
-        own = replace(own, camera=view.camera, camera_of="picture")
-    return replace(own, dock=view.dock, dock_of="picture") if view.dock_of == "picture" else own
+        given_of = "picture", own.given_of[1]
+        own = replace(own, camera=view.camera, camera_of="picture", given_camera=view.given_camera, given_of=given_of)
+    if view.dock_of == "picture":
+        given_of = own.given_of[0], "picture"
+        own = replace(own, dock=view.dock, dock_of="picture", given_dock=view.given_dock, given_of=given_of)
+    return own
+
+
+def _with_given(view: View, *, camera: bool = True, dock: bool = True) -> View:
+    """Take the camera, the dock or both in force for those that were given, to go back to."""
+    given_of = view.camera_of if camera else view.given_of[0], view.dock_of if dock else view.given_of[1]
+    given_camera, given_dock = view.camera if camera else view.given_camera, view.dock if dock else view.given_dock
+    return replace(view, given_camera=given_camera, given_dock=given_dock, given_of=given_of)
 
 
 def with_these_as_mine(view: View) -> View:
@@ -48,12 +59,14 @@ def with_own_camera(view: View, camera: Camera, name: str) -> View:
         fitting = camera.for_size(width, height)
     except ValueError as error:
         raise UserError(f"{name}: {error}") from error
-    return replace(view, camera=fitting, camera_of="tank", tank=changed(view.tank, camera=camera))
+    own = replace(view, camera=fitting, camera_of="tank", tank=changed(view.tank, camera=camera))
+    return _with_given(own, dock=False)
 
 
 def with_own_dock(view: View, dock: Dock) -> View:
     """Take a dock that the operator gave for My tank, and look for it."""
-    return replace(view, dock=dock, dock_of="tank", tank=changed(view.tank, dock=dock, knows_diameter=True))
+    own = replace(view, dock=dock, dock_of="tank", tank=changed(view.tank, dock=dock, knows_diameter=True))
+    return _with_given(own, camera=False)
 
 
 def kept(before: View, after: View) -> View:
@@ -99,9 +112,6 @@ def in_force_words(view: View) -> str:
 
 
 _COEFFICIENTS, _FISHEYE_COEFFICIENTS = 5, 4
-WATERS = {"fresh water": FRESH_WATER, "sea water": SEA_WATER}
-WINDOWS = {"acrylic": ACRYLIC, "glass": GLASS}
-OTHER_INDEX = "(other)"
 DEFAULT_PORT = FlatPort(air_gap_m=0.020, glass_m=0.010)
 
 
@@ -137,14 +147,11 @@ def with_port(view: View, is_there: Any) -> View:
 
 
 def with_given_values(view: View) -> View:
-    """Go back to the camera and the dock that came with the picture."""
+    """Go back to the camera and the dock that were given, with the picture or in a file; an assumed one is neither."""
     camera_of, dock_of = view.given_of
-    return replace(view, camera=view.given_camera, dock=view.given_dock, camera_of=camera_of, dock_of=dock_of)
-
-
-def with_default_values(view: View) -> View:
-    """Look with an assumed camera of 60 degrees without distortion, and a dock of 0.30 m; My tank stays as it is."""
-    return replace(view, camera=guess_camera(view.image), dock=DEFAULT_DOCK, camera_of="guess", dock_of="guess")
+    if camera_of != "guess":
+        view = replace(view, camera=view.given_camera, camera_of=camera_of)
+    return view if dock_of == "guess" else replace(view, dock=view.given_dock, dock_of=dock_of)
 
 
 def with_camera_file(view: View, data: bytes, name: str) -> View:
@@ -153,8 +160,7 @@ def with_camera_file(view: View, data: bytes, name: str) -> View:
     size = view.image.shape[1], view.image.shape[0]
     camera = read_sent(data, name, lambda path: load_camera(path, size=size, tell=notes.append))
     note = re.sub(r"^\S*sent\.yaml", name, " ".join(notes))
-    loaded = with_own_camera(replace(view, note=note), camera, name)
-    return replace(loaded, given_camera=loaded.camera, given_of=("tank", loaded.given_of[1]))
+    return with_own_camera(replace(view, note=note), camera, name)
 
 
 def dock_file(dock: Dock) -> bytes:
@@ -165,11 +171,6 @@ def dock_file(dock: Dock) -> bytes:
 def camera_file(camera: Camera, file_format: Any = "dockpose") -> bytes:
     """The bytes of a camera file in one of :data:`dockpose.camera.files.FORMATS`."""
     return written(lambda path: save_camera(camera, path, file_format))
-
-
-def index_name(names: dict[str, float], index: float) -> str:
-    """What a refractive index belongs to."""
-    return next((name for name, one in names.items() if math.isclose(one, index)), OTHER_INDEX)
 
 
 def field_of_view_sentence(camera: Camera) -> str:

@@ -9,28 +9,19 @@ from typing import Any
 from dockpose import Dock, Settings
 from dockpose.app.drawing.numbers import QUANTITIES, count
 from dockpose.app.errors import UserError
-from dockpose.app.state.camera import is_in_force, with_my_tank, with_own_dock
-from dockpose.app.state.parameters import checked_number, put
+from dockpose.app.state.camera import is_in_force, with_given_values, with_my_tank, with_own_dock
+from dockpose.app.state.parameters import LEAST_LIGHTS, checked_number, put
+from dockpose.app.state.undo import difference_words
 from dockpose.app.state.view import MeasuredPose, View
 from dockpose.lights.masks import Mask
 from dockpose.pose.circle import CirclePose
 from msgspec.structs import replace as changed
 
 MAX_LIGHTS = 60
-_MIN_LIGHTS = 3
 _LONGEST = 1000  # letters of the angles
 MAX_MASKS = 40
 # Name and unit of a measured pose's numbers, and how far to either side they may be.
 MEASURED_LIMITS = dict(zip(QUANTITIES, (5000.0, 5000.0, 5000.0, 90.0, 90.0), strict=True))
-
-
-def with_lights(view: View, value: Any) -> View:
-    """Set the number of lights, 0 for unknown; what was given light by light is dropped."""
-    number = round(checked_number("The number of lights", value))
-    lights = None if number <= 0 else min(max(number, _MIN_LIGHTS), MAX_LIGHTS)
-    if lights == view.dock.lights:
-        return view
-    return replace(view, dock=changed(view.dock, lights=lights, angles_deg=(), colours=(), offsets_m=()))
 
 
 def with_angles(view: View, text: Any) -> View:
@@ -39,10 +30,10 @@ def with_angles(view: View, text: Any) -> View:
     dock = view.dock
     if not angles:
         return replace(view, dock=changed(dock, angles_deg=()))
-    if not _MIN_LIGHTS <= len(angles) <= MAX_LIGHTS:
+    if not LEAST_LIGHTS <= len(angles) <= MAX_LIGHTS:
         raise UserError(
             f"There {'is 1 light angle' if len(angles) == 1 else f'are {len(angles)} light angles'}; a dock has "
-            f"{_MIN_LIGHTS} to {MAX_LIGHTS} lights."
+            f"{LEAST_LIGHTS} to {MAX_LIGHTS} lights."
         )
     colours = dock.colours if len(dock.colours) == len(angles) else ()
     offsets_m = dock.offsets_m if len(dock.offsets_m) == len(angles) else ()
@@ -177,7 +168,7 @@ def chips(view: View, fitting_lights: int | None = None) -> list[Chip]:
     found = []
     if fitting_lights is not None:
         label = f"{fitting_lights} lights form a ring; the dock is set to {view.dock.lights}. Use {fitting_lights}?"
-        press = partial(with_lights, value=fitting_lights)
+        press = partial(put, name="lights", value=fitting_lights)
         found.append(Chip(label, "Sets the number of lights, evenly spaced.", press))
     if view.dock_of == "guess":
         hint = "Distances are in proportion to the diameter. Press if it is right; otherwise set it in the tab Tank."
@@ -201,6 +192,13 @@ def _removable(view: View) -> list[Chip]:
         defaults = {name: getattr(_DEFAULT, name) for name in names}
         return lambda view: replace(view, settings=changed(view.settings, **defaults))
 
+    given = with_given_values(view)
+    if (given.camera, given.dock) != (view.camera, view.dock):
+        add(
+            f"Not as given: {difference_words(given, view)}",
+            "Camera or dock are not those of the file.",
+            with_given_values,
+        )
     if view.by_hand is not None:
         add("Pose chosen by hand", "For this picture.", lambda view: with_pose_by_hand(view, None))
     if settings.method == "fixed":

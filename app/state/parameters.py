@@ -4,18 +4,19 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from operator import attrgetter
 from typing import Any
 
-from dockpose import Camera
+from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.resources import read_toml
 from dockpose.app.state.camera import DEFAULT_PORT, coefficients_of, with_coefficient
-from dockpose.app.state.scene import DEFAULT_SCENE, turbidity_of, with_scene
+from dockpose.app.state.scene import DEFAULT_SCENE, turbidity_of, water_at, with_scene
 from dockpose.app.state.view import View
-from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Mirror, Snow
 from msgspec.structs import replace as changed
 
+LEAST_LIGHTS = 3
 _IF_NONE = {"port": DEFAULT_PORT, "scene": DEFAULT_SCENE}
 
 
@@ -42,10 +43,15 @@ class Parameter:
     limits: Limits | Callable[[View], Limits]  # range in the label's unit, or a function that returns it for a view
     scale: float = 1  # how many times as large as the stored number people see it
     whole: bool = False  # whether to round to whole numbers
+    needs: str = ""  # what there must be for it to be set, as "camera.port"
     # in place of ``scale``: ``shown(part)`` is the number for what is at ``path``, and ``stored(number, part)`` is what
     # to put there for a number
     shown: Callable[[Any], float] | None = None
     stored: Callable[[float, Any], Any] | None = None
+
+    def is_there(self, view: View) -> bool:
+        """Whether the view has what the number belongs to."""
+        return not self.needs or attrgetter(self.needs)(view) is not None
 
     def range(self, view: View) -> Limits:
         """Return the limits; they depend on what came with the picture, not on where the slider stands."""
@@ -125,6 +131,12 @@ def _coefficient(index: int, usual: float) -> dict[str, Any]:
     return {"limits": limits, "shown": lambda camera: coefficients_of(camera)[index], "stored": stored}
 
 
+def _with_lights(number: float, dock: Dock) -> Dock:
+    """Another number of lights, 0 for unknown; what was given light by light is dropped."""
+    lights = None if number == 0 else max(round(number), LEAST_LIGHTS)
+    return dock if lights == dock.lights else changed(dock, lights=lights, angles_deg=(), colours=(), offsets_m=())
+
+
 def _with_snow(number: float, snow: Snow | None) -> Snow | None:
     return changed(snow or Snow(count=0), count=number) if number > 0 else None
 
@@ -144,7 +156,8 @@ _FUNCTIONS: dict[str, dict[str, Any]] = {
     "p2": _coefficient(3, 0.1),
     "k3": _coefficient(4, 2.0),
     "diameter_cm": {"limits": _diameter_limits},
-    "turbidity": {"shown": turbidity_of, "stored": lambda number, water: water_of_turbidity(number)},
+    "lights": {"shown": lambda dock: dock.lights or 0, "stored": _with_lights},
+    "turbidity": {"shown": turbidity_of, "stored": lambda number, water: water_at(number)},
     "light": {"shown": lambda level: math.log10(max(level, 10)), "stored": lambda number, level: 10**number},
     "snow": {"shown": lambda snow: 0 if snow is None else snow.count, "stored": _with_snow},
     "surface_cm": {"shown": lambda mirror: 0 if mirror is None else 100 * mirror.height_m, "stored": _with_surface},
@@ -165,3 +178,10 @@ LENS, DISTORTION, PORT, DOCK, DETECTION = map(_group, ("lens", "distortion", "po
 SCENE_POSE, SCENE_WATER, SCENE_DISTURBANCES = map(_group, ("scene_pose", "scene_water", "scene_disturbances"))
 SCENE = SCENE_POSE | SCENE_WATER | SCENE_DISTURBANCES
 PARAMETERS = LENS | DISTORTION | PORT | DOCK | DETECTION | SCENE
+
+
+def with_given_number(view: View, label: str) -> View:
+    """Set the number of that label back to what was given of the camera or the dock."""
+    given = replace(view, camera=view.given_camera, dock=view.given_dock)
+    found = [one for one in (LENS | DISTORTION | PORT | DOCK).values() if one.label == label and one.is_there(view)]
+    return found[0].put(view, found[0].get(given)) if found else view

@@ -16,7 +16,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.inputs.received import read_sent
 from dockpose.app.state.camera import with_own_camera, with_own_dock
 from dockpose.app.state.tank import Tank, make_private, write_whole
-from dockpose.app.state.view import View, open_source, with_sample, with_upload
+from dockpose.app.state.view import MeasuredPose, View, open_source, with_sample, with_upload
 from dockpose.files import FileError, read_yaml, to_yaml
 
 _EVERY_S = 2.0
@@ -29,6 +29,8 @@ class SettingsFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     settings: Settings | None = None
     camera: Camera | None = None
     dock: Dock | None = None
+    source: str = ""  # which picture they were of
+    measured: MeasuredPose | None = None  # and what was measured of it, which is of no other
 
 
 class Remembered(msgspec.Struct, frozen=True):
@@ -39,12 +41,6 @@ class Remembered(msgspec.Struct, frozen=True):
     tank: Tank = Tank()
     sample: str | None = None  # name of the last picture where it was a sample
     upload: str | None = None  # its name where it was sent; the pixels are kept beside
-
-
-def settings_file(view: View) -> bytes:
-    """The bytes of a settings file."""
-    content = SettingsFile(view.settings, view.camera, view.dock)
-    return to_yaml(msgspec.to_builtins(content)).encode()
 
 
 def with_settings_file(view: View, data: bytes, name: str) -> View:

@@ -11,7 +11,7 @@ from dockpose.app.state.view import View
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import Lights, Pose, Scene, render
 from dockpose.simulate.optics.psf import MODELS
-from dockpose.simulate.optics.water import PRESETS, Water, preset
+from dockpose.simulate.optics.water import PRESETS, Water, water_of_turbidity
 from dockpose.simulate.parts import Background, Text
 from msgspec.structs import replace as changed
 
@@ -20,6 +20,7 @@ SOURCE_NAME = "simulated scene"
 PSF_MODELS = tuple(name for name in MODELS if name != "mtf")
 LONGEST_TEXT = 60
 _MOST_PIXELS = 4_000_000
+_NEAR = 0.005  # half a step of the slider
 DEFAULT_SCENE = Scene(
     camera=Camera(fx=700.0, fy=700.0, cx=319.5, cy=239.5, width=640, height=480),
     dock=Dock(diameter=0.30, lights=10),
@@ -33,6 +34,12 @@ def turbidity_of(water: Water) -> float:
     """Where between clear (0) and harbour (1) water scatters as this one does."""
     logs = [math.log(one.scattering_per_m) for one in PRESETS.values()]
     return float(np.interp(math.log(max(water.scattering_per_m, 1e-9)), logs, np.linspace(0, 1, len(logs))))
+
+
+def water_at(turbidity: float) -> Water:
+    """The water of a turbidity: a measured one where the slider's step reaches it."""
+    places = zip(np.linspace(0, 1, len(PRESETS)), PRESETS.values(), strict=True)
+    return next((water for place, water in places if abs(turbidity - place) < _NEAR), water_of_turbidity(turbidity))
 
 
 def with_scene(view: View, scene: Scene, *, keep: bool = True) -> View:
@@ -62,11 +69,6 @@ def rendered(view: View) -> View:
     if not view.is_stale or view.scene is None:
         return view
     return replace(view, image=render(view.scene)[0], is_stale=False)
-
-
-def with_water(view: View, name: Any) -> View:
-    """Take one of the preset waters."""
-    return with_scene(view, changed(scene_of(view), water=preset(name)))
 
 
 def with_psf(view: View, model: Any) -> View:
@@ -101,11 +103,6 @@ def with_camera_in_use(view: View) -> View:
 def scene_of(view: View) -> Scene:
     """The scene that is shown, or the one to start from."""
     return view.scene or DEFAULT_SCENE
-
-
-def preset_name(water: Water) -> str | None:
-    """Which preset a water is; None for any other."""
-    return next((name for name, one in PRESETS.items() if one == water), None)
 
 
 def check_affordable(scene: Scene) -> None:

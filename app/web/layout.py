@@ -1,10 +1,14 @@
 """Layout of the page: its panels in their tabs."""
 
+from functools import partial
 from typing import Any, TypeVar
 
 import viser
+from dockpose.app.state.parameters import with_given_number
+from dockpose.app.web.choices import Act
 from dockpose.app.web.html import help_link
 from dockpose.app.web.live import Acts, WishBox, wish_to
+from dockpose.app.web.page import Page
 from dockpose.app.web.panels.calibration import CalibrationPanel
 from dockpose.app.web.panels.compare import ComparePanel
 from dockpose.app.web.panels.detect import DetectPanel, PosePanel
@@ -17,7 +21,7 @@ from dockpose.app.web.panels.settings import SettingsPanel, steps_html
 from dockpose.app.web.panels.source import SimulatorPanel, SourcePanel
 from dockpose.app.web.panels.tank import BudgetPanel, CameraPanel, ChipsPanel, TanksPanel
 from dockpose.app.web.panels.view import PicturePanel
-from dockpose.app.web.widgets import Act, App, Panel
+from dockpose.app.web.widgets import Panel
 
 PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
 # The tabs beside the picture, the first of them open, and their panels from above; each ends with a link to its part
@@ -41,17 +45,18 @@ Kind = TypeVar("Kind", bound=Panel)
 class Layout:
     """Builds the panels; ``panels`` lists them in the order in which they show a result."""
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         self._made: dict[type[Panel], Any] = {}
         self._add_pictures(app, app.server.gui)
         self._add_controls(app, app.server.gui)
-        self.panels: list[Panel] = [*map(self.of, FIRST), app.live, *map(self.of, LATER)]
+        self.panels: list[Panel] = [self._made[kind] for kind in (*FIRST, *LATER)]
+        self.until_sent = len(FIRST)
 
     def of(self, kind: type[Kind]) -> Kind:
         """The panel of a class."""
         return self._made[kind]
 
-    def _add_controls(self, app: App, gui: viser.GuiApi) -> None:
+    def _add_controls(self, app: Page, gui: viser.GuiApi) -> None:
         tabs = gui.add_tab_group()
         for title, kinds in TABS.items():
             with tabs.add_tab(title):
@@ -62,7 +67,7 @@ class Layout:
             "redo": lambda client: app.go_back(app.history.redo, "Done again", client),
             "next": lambda client: self.of(SourcePanel).turn(1, client),
             "previous": lambda client: self.of(SourcePanel).turn(-1, client),
-            "play": lambda client: app.sequence.toggle(client),
+            "play": lambda client: self.of(SequencePanel).toggle(client),
         }
         with tabs.add_tab("Settings"):
             self._made[SettingsPanel] = SettingsPanel(app, acts)
@@ -70,24 +75,29 @@ class Layout:
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
 
-    def _add_pictures(self, app: App, gui: viser.GuiApi) -> None:
+    def _add_pictures(self, app: Page, gui: viser.GuiApi) -> None:
         left = gui.add_panel()
         with left.add_tab("Picture and pose", viser.Icon.TARGET):
-            app.live.begin(app)
+            app.live.begin()
             self._made[StripPanel] = StripPanel(app)
             app.live.place("status", status_html)
             self._made[ChipsPanel] = ChipsPanel(app)
+            boxes: dict[str, Any] = {"boxes": dict[str, str]}
             wished: Acts = {
-                wish_to("take", boxes=dict[str, str]): lambda wish, client: self.of(ExperimentPanel).wish(wish, client),
-                wish_to("typed", boxes=dict[str, str]): lambda wish, client: self.of(ExperimentPanel).typed(wish),
+                wish_to("take", **boxes): lambda wish, client: self.of(ExperimentPanel).wish(wish, client),
+                wish_to("typed", **boxes): lambda wish, client: self.of(ExperimentPanel).typed(wish, client),
                 wish_to("board", name=str): lambda wish, client: self.of(CalibrationPanel).toggle(wish.name, client),
                 wish_to("chip", label=str): lambda wish, client: self.of(ChipsPanel).press(wish.label, client),
+                wish_to("layers", of=list[str]): lambda wish, client: self.of(ExportPanel).follow(wish.of, client),
+                wish_to("given", label=str): lambda wish, client: app.change(
+                    partial(with_given_number, label=wish.label), client, reload=True
+                ),
                 wish_to("zip"): lambda wish, client: self.of(ExportPanel).save_all(client),
                 wish_to("compare"): lambda wish, client: self.of(ComparePanel).compare(),
                 wish_to("use", method=str): lambda wish, client: self.of(ComparePanel).use(wish.method, client),
-                wish_to("play"): lambda wish, client: app.sequence.toggle(client),
-                wish_to("goto", frame=int): lambda wish, client: app.sequence.go_to(wish.frame),
-                wish_to("speed", speed=str): lambda wish, client: app.sequence.set_speed(wish.speed),
+                wish_to("play"): lambda wish, client: self.of(SequencePanel).toggle(client),
+                wish_to("goto", frame=int): lambda wish, client: self.of(SequencePanel).go_to(wish.frame),
+                wish_to("speed", speed=str): lambda wish, client: self.of(SequencePanel).set_speed(wish.speed),
             }
             wishes = WishBox(gui, "Done on the page", wished)
             gui.add_html(f'<dockpose-jobs channel="{wishes.channel}"></dockpose-jobs>')

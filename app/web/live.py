@@ -13,9 +13,9 @@ from typing import Any
 import msgspec
 import viser
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.web.choices import Client, on_person
 from dockpose.app.web.server.messages import MOST_LETTERS
 from dockpose.app.web.server.viser_private import identity
-from dockpose.app.web.widgets import App, Client, Panel, on_person
 
 
 def data_html(name: str, data: Any) -> str:
@@ -24,24 +24,23 @@ def data_html(name: str, data: Any) -> str:
     return f'<dockpose-data name="{name}" hidden>{escape(text, quote=False)}</dockpose-data>'
 
 
-class LivePage(Panel):
+class LivePage:
     """Collects what the panels before it have to show of a result, and sends it."""
 
-    def __init__(self) -> None:
-        self.held = threading.RLock()
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._server, self._gui, self.held = server, server.gui, threading.RLock()
         self._serials = itertools.count(1)
         self._html_of: dict[str, Callable[[Analysis], str]] = {}
         self._html: dict[str, str] = {}
         self._data: dict[str, Any] = {}
 
-    def begin(self, app: App) -> None:
+    def begin(self) -> None:
         """Add to the page what carries the data."""
-        super().__init__(app)
-        self._handle, self._aside = self.gui.add_html(""), self.gui.add_html("")
+        self._handle, self._aside = self._gui.add_html(""), self._gui.add_html("")
 
     def place(self, name: str, html_of: Callable[[Analysis], str], order: float | None = None) -> None:
         """Add a place for the HTML that ``html_of`` makes of each result."""
-        self.gui.add_html(f'<dockpose-live name="{name}"></dockpose-live>', order=order)
+        self._gui.add_html(f'<dockpose-live name="{name}"></dockpose-live>', order=order)
         self._html_of[name] = html_of
 
     def put_html(self, name: str, html: str) -> None:
@@ -63,7 +62,7 @@ class LivePage(Panel):
                 return
             everything = {"serial": next(self._serials), **self._data, "html": self._html}
             self._handle.content = data_html("page", everything)
-            self.app.server.flush()
+            self._server.flush()
 
     def show(self, analysis: Analysis) -> None:
         """Send what the panels put, and the HTML of all places."""

@@ -1,32 +1,23 @@
-"""What panels are built from: the base class, sliders, and work in the background with its progress."""
+"""What panels are built from: the base class, and sliders."""
 
 import math
 import threading
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any
 
 import viser
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.processing.background import CancelledError, Progress
 from dockpose.app.resources import read_toml
 from dockpose.app.state.parameters import Parameter
+from dockpose.app.state.values import VALUES, Value
 from dockpose.app.state.view import View
+from dockpose.app.web.choices import Act, Change, Client, on_person
+from dockpose.app.web.page import Page
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.server.viser_private import hear_values, identity
 
-if TYPE_CHECKING:
-    from dockpose.app.web import app as page
-
-App: TypeAlias = "page.App"
-Client: TypeAlias = viser.ClientHandle  # a browser that shows the page
-Act = Callable[[Client], object]
 Take = Callable[[bytes, str, Client], object]  # of a file its bytes and name
-# Applies a function to the present view, for the browser that asked for it; by ``reload`` the controls follow.
-Change = Callable[..., None]
-Choice = tuple[str, Any, Any]  # a control's id, the control, and the value that a person gave it
 IDLE_S = 1.5  # a pause in typing
-_SAVING = "Something is being saved already. Wait for it, or stop it first."
 
 
 class Panel:
@@ -34,17 +25,23 @@ class Panel:
 
     table = ""  # that of static/controls.toml with its controls
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         self.app, self.gui, self.change = app, app.server.gui, app.change
         self.said = read_toml("controls.toml").get(self.table, {})
         self.analysis: Analysis | None = None
         self.sliders: dict[str, Slider] = {}
+        self.values: list[tuple[Any, Value]] = []
         self._uploads: list[tuple[viser.GuiFolderHandle, dict[str, Any], Take, bool]] = []
 
     def load(self, view: View) -> None:
         """Set the controls to the values of a view."""
         for slider in self.sliders.values():
             slider.load(view)
+        for handle, value in self.values:
+            if value.options is not None:
+                offer(handle, value.options(view), value.get(view))
+            else:
+                handle.value = value.get(view)
 
     def show(self, analysis: Analysis) -> None:
         """Show what was found, and keep it; called from the worker's thread."""
@@ -75,12 +72,20 @@ class Panel:
             self.app.choices.on_update(handle, act)
         return handle
 
-    def add_sliders(
-        self, parameters: Mapping[str, Parameter], putters: Mapping[str, Any] = {}, reloading: Collection[str] = ()
-    ) -> None:
+    def add_value(self, kind: str, name: str, *, reload: bool = True, **more: Any) -> Any:
+        """Add a control by its row of the table, which sets the value of that name and shows it from then on."""
+        value = VALUES[name]
+        if value.options is not None:
+            more["options"] = value.options(self.app.view)
+        act = self.changing(lambda view: value.put(view, handle.value), reload=reload)
+        handle = self.add(kind, name, act, **more)
+        self.values.append((handle, value))
+        return handle
+
+    def add_sliders(self, parameters: Mapping[str, Parameter], putters: Mapping[str, Any] = {}) -> None:
         """Add a slider for each parameter."""
         for name, one in parameters.items():
-            self.sliders[name] = Slider(self.app, one, putters.get(name), reload=name in reloading)
+            self.sliders[name] = Slider(self.app, one, putters.get(name))
 
     def add_download(self, name: str, file_name: str, make: Callable[[View], bytes]) -> Any:
         """Add a button that sends ``make(view)`` to the downloads of the browser in which a person presses it."""
@@ -111,62 +116,6 @@ class Panel:
         return lambda data, name, client: self.change(lambda view: function(view, data, name), client, reload=True)
 
 
-class Choices:
-    """What people set in controls and no act has taken up yet: another act that ends meanwhile sets all controls."""
-
-    def __init__(self) -> None:
-        self._open: dict[str | None, Choice] = {}
-        self._held = threading.Lock()  # or a choice that has just been replaced is put back over the newer one
-        self._acting = threading.local()
-
-    def on_update(self, handle: Any, act: Act) -> None:
-        """Call ``act`` with the browser in which a person set a control, which then has the value set last."""
-        key = identity(handle)
-        sent: dict[str, Any] = {}
-
-        async def note(event: Any) -> None:  # viser awaits this in the order of a browser's messages
-            if event.client is not None:
-                with self._held:
-                    self._open[key] = key, handle, sent["value"]
-
-        def take_up(client: Client) -> None:  # which viser calls in any order
-            self._acting.on = key
-            choice = self.put_back()
-            try:
-                act(client)
-            finally:
-                self.taken(choice)
-                self._acting.on = None
-
-        hear_values(handle, sent.update)
-        handle.on_update(note)
-        on_person(handle.on_update, take_up)
-
-    def put_back(self) -> Choice | None:
-        """Set controls as people did, where the program set them otherwise since; return what this thread acts on."""
-        with self._held:
-            for _, handle, value in self._open.values():
-                if handle.value != value:
-                    handle.value = value
-            return self._open.get(getattr(self._acting, "on", None))
-
-    def taken(self, choice: Choice | None) -> None:
-        """Say that an act has read a choice; one that was made in the same control since stays."""
-        with self._held:
-            if choice is not None and self._open.get(choice[0]) is choice:
-                del self._open[choice[0]]
-
-
-def on_person(attach: Callable[[Callable[[Any], None]], object], act: Act) -> None:
-    """Call ``act`` with the browser in which a person, not the program, did what ``attach`` (``on_click``) is for."""
-
-    def called(event: Any) -> None:
-        if event.client is not None:
-            act(event.client)
-
-    attach(called)
-
-
 def offer(dropdown: Any, options: tuple[str, ...], chosen: str) -> None:
     """Set what a drop-down offers and which of it is chosen, where either is another by now."""
     if dropdown.options != options:
@@ -190,16 +139,9 @@ def return_when_idle(handle: Any, change: Change, client: Client, load: Callable
 
 
 class Slider:
-    """A slider with a typed value for one parameter; ``put`` replaces its own, by ``reload`` other controls follow."""
+    """A slider with a typed value for one parameter; ``put`` replaces its own."""
 
-    def __init__(
-        self,
-        app: App,
-        parameter: Parameter,
-        put: Callable[[View, Any], View] | None = None,
-        *,
-        reload: bool = False,
-    ) -> None:
+    def __init__(self, app: Page, parameter: Parameter, put: Callable[[View, Any], View] | None = None) -> None:
         self._parameter, put, change = parameter, put or parameter.put, app.change
         self.handle = app.server.gui.add_slider(
             parameter.label, min=0.0, max=1.0, step=1.0, initial_value=0.0, hint=parameter.hint
@@ -212,86 +154,13 @@ class Slider:
                 return_when_idle(self.handle, change, client, self.load)
             return new
 
-        app.choices.on_update(self.handle, lambda client: change(partial(changed, client), client, reload=reload))
+        app.choices.on_update(self.handle, lambda client: change(partial(changed, client), client))
 
     def load(self, view: View, *, with_value: bool = True) -> None:
         """Set the range and, by default, the value; the box shows as many decimals as a step has, at least one."""
         limits, handle = self._parameter.range(view), self.handle
         handle.min, handle.max, handle.step = limits.low, limits.high, limits.step
+        handle.disabled = not self._parameter.is_there(view)
         handle.precision = 0 if self._parameter.whole else max(1, math.ceil(-math.log10(limits.step)))
         if with_value:
             handle.value = round(self._parameter.get(view), 4)
-
-
-class BackgroundWork:
-    """Runs one piece of work at a time in its own thread, with a progress bar and a button to stop, with its hint."""
-
-    def __init__(self, app: App, hint: str = "Do not make the file.", busy: str = _SAVING) -> None:
-        self._app, self._busy, gui = app, busy, app.server.gui
-        self._bar = gui.add_progress_bar(0, visible=False, animated=True)
-        self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False, hint=hint)
-        self._stop.on_click(lambda event: self.cancel())
-        self._lock = threading.Lock()
-        self._running: tuple[threading.Thread, Progress] | None = None
-        app.closing.callback(self.close)
-
-    def start(self, work: Callable[[Progress], None], client: Client | None = None) -> bool:
-        """Start; return False if other work is still running. ``client`` is told of that, and of a ValueError."""
-        with self._lock:
-            if self._running is None:
-                progress = Progress(self._tell)
-                arguments = work, progress, client
-                thread = threading.Thread(target=self._run, args=arguments, name="dockpose task", daemon=True)
-                self._running = thread, progress
-                thread.start()
-                return True
-        if client is not None:
-            self._app.notify("Please wait", self._busy, "yellow", client)
-        return False
-
-    def save(self, client: Client, name: str, make: Callable[[Progress], bytes]) -> None:
-        """Make a file and send it to the browser's downloads under that name."""
-
-        def work(progress: Progress) -> None:
-            content = make(progress)
-            for _ in progress.over(["send"]):  # unless it was asked to stop meanwhile
-                client.send_file_download(name, content, save_immediately=True)
-
-        self.start(work, client)
-
-    def cancel(self) -> None:
-        """Ask whatever runs to stop at its next step."""
-        with self._lock:
-            if self._running is not None:
-                self._running[1].stop()
-
-    def close(self, timeout_s: float = 5.0) -> None:
-        """Stop whatever runs and wait for its end."""
-        self.cancel()
-        running = self._running
-        if running is not None and running[0] is not threading.current_thread():
-            running[0].join(timeout_s)
-
-    def _run(self, work: Callable[[Progress], None], progress: Progress, client: Client | None) -> None:
-        self._show(True)
-        try:
-            work(progress)
-        except CancelledError:
-            pass
-        except Exception as error:  # whatever it was, people should read of it on the page
-            if isinstance(error, ValueError) and client is not None:
-                self._app.refuse(error, client)
-            else:
-                self._app.fail(error)
-        finally:
-            with self._lock:
-                self._running = None
-            self._show(False)
-
-    def _tell(self, share: float) -> None:
-        if round(100 * share) != self._bar.value:
-            self._bar.value = round(100 * share)
-
-    def _show(self, is_running: bool) -> None:
-        self._bar.visible = self._stop.visible = is_running
-        self._bar.value = 0

@@ -77,9 +77,8 @@ def values_that_are_not_on_offer(program, source):
         "Folder": ["/etc", "../..", "."],
         "File": ["/etc/passwd", "../secret.png", "link.png"],
         "Flat port": ["yes", 1, None],
-        "Left, top (px)": [[-1, 1], [1], "x", [math.nan, 0.0], [1e30, 0.0]],
         "Burnt-in text": [1, None, ["x"]],
-        "Add this mask": ["x", 1],
+        "Work out the camera": ["x", 1],
     }
     return nothing_changes(
         program, source, lambda page: (update(page, label, {"value": one}) for label in wrong for one in wrong[label])

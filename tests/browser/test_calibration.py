@@ -1,7 +1,5 @@
 """A camera calibrated on the page, from pictures that are sent to it."""
 
-import shutil
-
 import cv2
 import numpy as np
 import pytest
@@ -75,20 +73,3 @@ def test_many_boards_at_once_become_the_camera_in_use_and_a_click_drops_one(tank
     tank.press(clicks[2])
     tank.until(lambda: tank.app.view.camera.fx == pytest.approx(TRUE.fx, rel=0.02))
     assert tank.app.view.camera_of == "tank"
-
-
-def test_a_folder_is_added_at_once_and_what_is_no_picture_in_it_is_left_out(tank, tmp_path):
-    for name, data in encoded(4):
-        (tmp_path / name).with_suffix(".png").write_bytes(data)
-    (tmp_path / "notes.txt").write_text("10x7, 24 mm")
-    (tmp_path / "below").mkdir()
-    shutil.copy(tmp_path / "board0.png", tmp_path / "below")
-    button = tank.page.get_by_role("button", name="Add a folder of pictures")
-    with tank.page.expect_file_chooser() as chooser:
-        button.click()
-    chooser.value.set_files(tmp_path)
-    tank.until(lambda: tank.page.locator("[data-board]").count() == 5)
-    tank.page.get_by_text("dropped: it is like another").wait_for()
-    tank.until(lambda: "4 views" in tank.page.locator("#calibration-covered").inner_text())
-    assert tank.page.locator("[data-board]").locator("span").filter(has_text="54 corners").count() == 4
-    assert all(name.startswith("board") for name in tank.page.locator("[data-board] b").all_inner_texts())

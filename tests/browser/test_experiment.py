@@ -147,7 +147,7 @@ def test_what_is_typed_stays_where_it_was_typed_when_the_program_is_slow_to_show
     tab.until(lambda: "not yet measured" in words(tab))
     panel, heard = panel_of(tab), []
     typed = panel.typed
-    monkeypatch.setattr(panel, "typed", lambda wish: (heard.append(wish.boxes), typed(wish)))
+    monkeypatch.setattr(panel, "typed", lambda wish, client: (heard.append(wish.boxes), typed(wish, client)))
     with panel._lock:  # as while it works on something else
         fill(tab, z="99")
         tab.choose("Belongs to", "row 1")

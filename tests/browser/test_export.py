@@ -14,7 +14,7 @@ from dockpose import estimate
 from dockpose.app.drawing.annotated import LAYERS
 from dockpose.app.drawing.colours import POSE_COLOURS, TRUTH_COLOUR, rgb
 from dockpose.app.processing import comparison
-from dockpose.app.web.panels.export import LAYER_WORDS, WHAT, ExportPanel
+from dockpose.app.web.panels.export import WHAT, ExportPanel
 from dockpose.sidecar import sample_path
 from PIL import Image
 
@@ -96,34 +96,33 @@ def test_saved_3d_page_draws_both_docks(page, browser, tmp_path):
             page.until(lambda: pixels_of(colour) > 20)  # noqa: B023
 
 
-def test_layers_are_drawn_or_not(page):
-    page.unfold("Drawn on the annotated picture")
+def test_layers_are_drawn_as_over_the_picture_of_that_browser(page):
     panel = page.app._layout.of(ExportPanel)
-    assert panel.layers == [name for name in LAYERS if name != "truth"]  # as over the page's own picture
+
+    def show(names, *wanted):
+        for name in names:
+            page.page.locator(f"dockpose-picture [data-do=layer-{name}]").click()
+        page.until(lambda: [*panel._layers.values()][-1:] == [[*wanted]])
 
     def pixels():
+        page.tab("Export")
         data = saved(page, "Annotated picture (PNG)")[1]
-        return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+        return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(int)
 
     def truths(picture):
-        return (np.abs(picture.astype(int) - rgb(TRUTH_COLOUR)).max(axis=2) < 40).sum()
+        return (np.abs(picture - rgb(TRUTH_COLOUR)).max(axis=2) < 40).sum()
 
     without = pixels()
-    tick(page, LAYER_WORDS["truth"]["label"])
+    show(["truth"], *LAYERS)
     whole = pixels()
     assert truths(whole) > truths(without) + 100  # the headline is green too
-    for index, name in enumerate(LAYERS):
-        tick(page, LAYER_WORDS[name]["label"])
-        page.until(lambda: panel.layers == list(LAYERS[index + 1 :]))  # noqa: B023
-    bare = pixels()
-    np.testing.assert_array_equal(bare, np.asarray(Image.open(sample_path("plain")).convert("RGB")))
-    tick(page, LAYER_WORDS["lights"]["label"])
-    lights = pixels()
-    for name in LAYERS[1:]:
-        tick(page, LAYER_WORDS[name]["label"])
-    np.testing.assert_array_equal(pixels(), whole)
-    changed = [(one != bare).any(axis=2).sum() for one in (lights, whole)]
+    others = [name for name in LAYERS if name not in ("lights", "text")]
+    show(others, "lights", "text")
+    bare = np.asarray(Image.open(sample_path("plain")).convert("RGB")).astype(int)
+    changed = [(one != bare).any(axis=2).sum() for one in (pixels(), whole)]
     assert 0 < changed[0] < changed[1]
+    show([name for name in others if name != "truth"], *(name for name in LAYERS if name != "truth"))
+    np.testing.assert_array_equal(pixels(), without)
 
 
 def test_zip_has_everything(page):
@@ -145,7 +144,7 @@ def test_saving_is_stopped(page, monkeypatch):
     stop = page.page.get_by_role("button", name="Stop", exact=True)
     stop.wait_for()
     page.page.get_by_role("button", name="Everything as ZIP").click()
-    page.page.get_by_text("Something is being saved already").first.wait_for()
+    page.page.get_by_text("Other work is running already").first.wait_for()
     stop.click()
     stop.wait_for(state="hidden")
     page.rest()

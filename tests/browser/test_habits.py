@@ -96,8 +96,9 @@ def test_each_tab_leads_to_its_part_of_the_help(page):
 def test_settings_are_saved_and_loaded(page):
     page.box("Diameter (cm)").fill("45")
     page.until(lambda: page.app.view.dock.diameter == 0.45)
-    page.tab("Settings")
-    _, saved = page.download("Save the settings")
+    page.tab("Export")
+    page.choose("What", "Camera, dock and settings (YAML)")
+    _, saved = page.download("Save")
     page.box("Diameter (cm)").fill("60")
     page.until(lambda: page.app.view.dock.diameter == 0.6)
     page.tab("Settings")

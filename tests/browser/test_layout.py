@@ -40,6 +40,18 @@ BARS_OVER_TABS = f"""() => {{
   const isUnder = (tab) => bars.some((bar) => bar.left < tab.right && bar.right > tab.left && bar.top < tab.bottom - 1);
   return boxes("{RIGHT} [role=tab]").filter(isUnder).map((tab) => [tab.left, tab.right]);
 }}"""
+# How many controls are in sight: buttons, boxes and sliders, the one of a slider and its box being the same.
+IN_SIGHT = """() => {
+  const isSeen = (one) => {
+    const { left, top, width, height } = one.getBoundingClientRect();
+    const hit = document.elementFromPoint(left + width / 2, top + height / 2);
+    const isShown = one.checkVisibility({ visibilityProperty: true, opacityProperty: true }) && width > 1 && height > 1;
+    return isShown && hit !== null && (one.contains(hit) || hit.contains(one));
+  };
+  const kinds = "button:not([role=tab]), input:not([type=hidden], [type=file]), select, textarea, [role=slider]";
+  const seen = [...document.querySelectorAll(kinds)].filter(isSeen);
+  return new Set(seen.map((one) => (one.matches("button") ? one : viserPage.labelOf(one) || one))).size;
+}"""
 STAGE, PLOT = "dockpose-picture .stage", "dockpose-histogram .plot"
 
 
@@ -88,6 +100,14 @@ def faults(page):
 def test_nothing_is_cut_off_covered_faint_or_too_small_to_hit(page, resized, size):
     resized(size)
     assert faults(page) == {}
+
+
+def test_there_are_six_tabs_and_never_more_controls_in_sight_than_can_be_taken_in(page):
+    names = tools(page)
+    assert len(names) <= 6
+    for name in names:
+        open_tool(page, name)
+        assert 20 < page.page.evaluate(IN_SIGHT) <= 40, name
 
 
 @pytest.mark.parametrize("size", SIZES.values(), ids=SIZES)

@@ -43,11 +43,26 @@ def test_dragged_diameter_ends_on_the_newest_value(page):
     page.until(lambda: page.z_cm == pytest.approx(2 * true_z_cm("plain"), abs=0.5))
 
 
+def test_keys_step_a_slider_and_a_double_click_sets_it_back_to_what_the_file_has(page):
+    page.tab("Tank")
+    slider = page.slider("fx (px)")
+    slider.focus()
+    for _ in range(3):
+        page.page.keyboard.press("ArrowRight")
+        page.rest()
+    page.until(lambda: page.app.view.camera.fx == 703)
+    chip = page.page.get_by_role("button", name="Not as given: fx (px): 700 → 703")
+    chip.wait_for()
+    slider.dblclick()
+    page.until(lambda: page.app.view.camera == page.app.view.given_camera)
+    page.until(lambda: page.box("fx (px)").input_value() == "700")
+    chip.wait_for(state="hidden")
+
+
 def test_back_to_the_given_values_by_a_button_and_with_another_sample(page):
     page.box("fx (px)").fill("900")
     page.until(lambda: page.app.view.camera.fx == 900)
-    page.unfold("Save, or go back")
-    page.page.get_by_role("button", name="Back to the given values").click()
+    page.page.get_by_role("button", name="Not as given: ").click()
     page.until(lambda: page.box("fx (px)").input_value() == "700")
     page.until(lambda: page.z_cm == pytest.approx(true_z_cm("plain"), abs=0.3))
     page.box("fx (px)").fill("900")

@@ -1,10 +1,8 @@
 import re
-import time
 
 import pytest
-from dockpose import estimate
-from dockpose.app.processing import comparison
 from dockpose.app.processing.comparison import compared
+from dockpose.app.state.changes import with_mask
 
 pytestmark = pytest.mark.browser
 POSES = "Which of the two poses"
@@ -26,26 +24,13 @@ def test_status_line_is_in_view_and_says_what_to_try(page):
         assert not page.page.locator(f"#{name}").evaluate(is_cut), name
 
 
-def test_masks_are_added_and_removed(page):
+def test_a_mask_is_said_where_it_hides_the_dock_and_goes_by_its_chip(page):
     page.tab("Detect")
-    folder = page.page.get_by_text("Masks: parts not looked at")
-    folder.click()
-    for label, values in (("Left, top (px)", ("0", "10")), ("Width, height (px)", ("640", "470"))):
-        for index, value in enumerate(values):
-            page.box(label).nth(index).fill(value)
-            page.rest()
-    page.press("Add this mask")
-    page.until(lambda: page.app.view.settings.masks == ((0, 10, 640, 470),))
+    page.app.change(lambda view: with_mask(view, 0, 10, 640, 470), reload=True)
     page.until(lambda: "no pose" in line(page))
     page.page.get_by_text("1 mask hides a part of the picture").wait_for()
-    assert page.box("Mask").input_value() == "1: 640 × 470 px at (0, 10)"
-    page.press("Remove this mask")
+    page.page.get_by_role("button", name="Mask 1: 640 × 470 px at (0, 10)").click()
     page.until(lambda: page.app.view.settings.masks == () and "pose A" in line(page))
-    page.press("Add this mask")
-    page.until(lambda: len(page.app.view.settings.masks) == 1)
-    page.press("Remove all masks")
-    page.until(lambda: page.app.view.settings.masks == () and page.box("Mask").input_value() == "(no mask)")
-    folder.click()
 
 
 def test_choice_is_overruled_by_hand_and_given_back(page):
@@ -129,24 +114,3 @@ def test_results_of_another_picture_are_dimmed_until_compared_again(page):
     page.tab("Compare")
     page.until(lambda: "plain." in page.page.locator("dockpose-compare [role=note]").inner_text())
     page.tab("Picture")
-
-
-def test_level_is_swept_while_the_chart_grows_and_a_sweep_can_be_stopped(page, monkeypatch):
-    page.tab("Compare")
-    page.page.locator("dockpose-compare .card").first.wait_for()  # one thing is worked on at a time
-    page.until(lambda: page.page.locator("#outdated").count() == 0)
-    page.rest()
-    page.page.get_by_text("Every fixed level", exact=True).click()
-    page.page.get_by_role("button", name="Sweep the level", exact=True).click()
-    words = page.page.locator("#sweep")
-    page.until(lambda: words.count() == 1 and "true centre" in words.inner_text(), 30)
-    stop = page.page.get_by_role("button", name="Stop", exact=True)
-    page.until(lambda: not stop.is_visible())
-    assert "Levels up to" not in words.inner_text()
-    monkeypatch.setattr(comparison, "estimate", lambda *a, **k: time.sleep(0.02) or estimate(*a, **k))
-    page.page.get_by_role("button", name="Sweep the level", exact=True).click()
-    seen = set()
-    page.until(lambda: seen.add(words.inner_text()[:22]) or len(seen) > 3)
-    stop.click()
-    page.until(lambda: not stop.is_visible())
-    assert words.inner_text().startswith("Levels up to ")

@@ -20,7 +20,7 @@ def sequence(page):
     yield page
     page.tab("Source")
     page.choose("Sequence", NONE_CHOSEN)
-    page.until(lambda: page.app.sequence.player is None)
+    page.until(lambda: page.app.player is None)
 
 
 def words(page):
@@ -34,10 +34,10 @@ def line(page):
 def test_course_plays_pauses_and_is_drawn_on_the_time_line(sequence):
     assert line(sequence).is_visible()
     sequence.press("Play")
-    sequence.until(lambda: sequence.app.sequence.player.index > 12)
+    sequence.until(lambda: sequence.app.player.index > 12)
     sequence.press("Pause")
-    sequence.until(lambda: sequence.app.wait_until_idle(1) and not sequence.app.sequence.is_playing)
-    index = sequence.app.sequence.player.index
+    sequence.until(lambda: sequence.app.wait_until_idle(1) and not sequence.app.is_playing)
+    index = sequence.app.player.index
     sequence.until(lambda: f"frame {index + 1} of 250" in sequence.status)
     sequence.until(lambda: f"Followed for {index + 1} frames" in words(sequence))
     sequence.until(lambda: line(sequence).get_attribute("data-points") == str(index + 1))
@@ -48,7 +48,7 @@ def test_course_plays_pauses_and_is_drawn_on_the_time_line(sequence):
     root = sequence.page.locator("#root").bounding_box()
     assert root["y"] + root["height"] <= place["y"]
     sequence.rest()
-    assert sequence.app.sequence.player.index == index
+    assert sequence.app.player.index == index
 
 
 def test_light_drawing_stands_for_the_3d_view_while_playing_without_a_graphics_card(sequence):
@@ -103,16 +103,16 @@ def test_time_line_is_pointed_at_clicked_dragged_and_steered_by_keys(sequence):
 
 def test_new_browser_has_the_whole_course_and_gaps_are_gaps(sequence, browser):
     sequence.press("Play")
-    sequence.until(lambda: sequence.app.sequence.player.index > 30)
+    sequence.until(lambda: sequence.app.player.index > 30)
     sequence.app.change(lambda view: put(view, "min_area_px", 1000))  # nothing is as large: no dock
-    last = sequence.app.sequence.player.index
-    sequence.until(lambda: sequence.app.sequence.player.index > last + 40)
+    last = sequence.app.player.index
+    sequence.until(lambda: sequence.app.player.index > last + 40)
     sequence.app.change(lambda view: put(view, "min_area_px", 2))
-    last = sequence.app.sequence.player.index
-    sequence.until(lambda: sequence.app.sequence.player.index > last + 10)
+    last = sequence.app.player.index
+    sequence.until(lambda: sequence.app.player.index > last + 10)
     sequence.press("Pause")
-    sequence.until(lambda: sequence.app.wait_until_idle(1) and not sequence.app.sequence.is_playing)
-    seen = str(sequence.app.sequence.player.index + 1)
+    sequence.until(lambda: sequence.app.wait_until_idle(1) and not sequence.app.is_playing)
+    seen = str(sequence.app.player.index + 1)
     sequence.until(lambda: line(sequence).get_attribute("data-points") == seen)
     assert line(sequence).get_attribute("data-gaps") == "1"
     with visit(browser, sequence.app) as other:
@@ -168,17 +168,17 @@ def test_steps_time_line_and_key(sequence):
     sequence.until(lambda: "Followed for 1 frame;" in words(sequence) or "Followed for 1 frame." in words(sequence))
     sequence.page.evaluate("document.activeElement.blur()")
     sequence.page.keyboard.press("k")
-    sequence.until(lambda: sequence.app.sequence.is_playing)
+    sequence.until(lambda: sequence.app.is_playing)
     sequence.page.keyboard.press("k")
-    sequence.until(lambda: not sequence.app.sequence.is_playing)
+    sequence.until(lambda: not sequence.app.is_playing)
 
 
 def test_speed_and_the_end(sequence):
     line(sequence).get_by_label("Speed").select_option("4")
-    sequence.until(lambda: sequence.app.sequence.player._speed == 4.0)
+    sequence.until(lambda: sequence.app.player._speed == 4.0)
     sequence.until(lambda: line(sequence).get_by_label("Speed").input_value() == "4")
     line(sequence).get_by_label("Speed").select_option("2")
-    sequence.until(lambda: sequence.app.sequence.player._speed == 2.0)
+    sequence.until(lambda: sequence.app.player._speed == 2.0)
     go_to(sequence, 245)
     sequence.press("Play")
     sequence.until(lambda: "frame 250 of 250" in sequence.status)
@@ -200,7 +200,7 @@ def test_time_line_follows_the_dark_at_rest(sequence):
 
 def test_play_opens_the_first_sequence_where_none_is_open(page):
     page.page.get_by_role("button", name="Play", exact=True).click()
-    page.until(lambda: page.app.sequence.is_playing and "simulated approach, frame" in page.status)
+    page.until(lambda: page.app.is_playing and "simulated approach, frame" in page.status)
     page.choose("Sequence", NONE_CHOSEN)
     page.page.locator("dockpose-timeline").wait_for(state="hidden")
 

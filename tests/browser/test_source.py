@@ -12,6 +12,7 @@ from dockpose.app.web.app import App
 from dockpose.app.web.panels.source import NONE_CHOSEN, OWN_PICTURE, SourcePanel
 from dockpose.app.web.server.options import Options
 from dockpose.sidecar import sample_path, samples_folder
+from dockpose.simulate.optics.water import PRESETS
 
 pytestmark = pytest.mark.browser
 
@@ -52,10 +53,8 @@ def test_every_slider_of_camera_detection_and_scene_changes_it(page):
 
 
 def test_water_psf_missing_lights_and_text(page):
-    page.choose("Water", "coastal")
-    page.until(lambda: float(page.box("Turbidity (0-1)").input_value()) == pytest.approx(2 / 3, abs=0.01))
-    page.box("Turbidity (0-1)").fill("0.5")
-    page.until(lambda: page.box("Water").input_value() == "(own mixture)")
+    page.box("Turbidity (0-1)").fill("0.67")
+    page.until(lambda: page.app.view.scene.water == PRESETS["coastal"])
     page.choose("Spread of light", "gaussian")
     page.until(lambda: page.app.view.scene.psf.model == "gaussian")
     page.box("Missing lights").fill("0, 3")

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from dockpose import Camera
 from dockpose.app.state.camera import camera_file
+from dockpose.app.state.changes import with_mask
 from dockpose.app.state.tank import Tank, Tanks
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
@@ -98,7 +99,8 @@ def test_tanks_are_saved_under_names_and_one_choice_brings_one_back(tank, folder
     assert Tanks(folder).get("Pool A").camera == OWN
     tank.box("Diameter (cm)").fill("45")
     tank.until(lambda: "dock 45 cm" in line(tank) and "changed since it was saved" in line(tank))
-    button(tank, "Back to it as saved").click()
+    tank.until(lambda: tank.box("Saved tanks").input_value() == "(not saved)")
+    tank.choose("Saved tanks", "Pool A")
     tank.until(lambda: "dock 30 cm" in line(tank) and "changed" not in line(tank))
     tank.box("Diameter (cm)").fill("60")
     tank.until(lambda: tank.app.view.tank.dock.diameter == 0.6)
@@ -141,9 +143,7 @@ def test_notes_on_an_assumed_camera_and_dock_go_once_they_are_given_and_trust_ha
 def test_level_and_mask_are_chips_on_the_next_picture_that_one_click_removes(page):
     page.box("Level (0-255)").fill("100")
     button(page, "Fixed level 100").wait_for()  # by then the controls of a fixed level stand where they stay
-    page.unfold("Masks: parts not looked at")
-    button(page, "Add this mask").click()
-    page.until(lambda: len(page.app.view.settings.masks) == 1)
+    page.app.change(lambda view: with_mask(view, 0, 0, 100, 40), reload=True)
     page.choose("Sample scene", "tilted")
     for words in ("Fixed level 100", "Mask 1: 100 × 40 px at (0, 0)"):
         button(page, words).click()
@@ -154,7 +154,7 @@ def test_level_and_mask_are_chips_on_the_next_picture_that_one_click_removes(pag
 
 def test_box_never_keeps_a_number_that_was_not_taken(page):
     page.tab("Tank")
-    box = page.page.get_by_label("Number of lights")
+    box = page.box("Number of lights")
     box.fill("1")
     page.until(lambda: page.app.view.dock.lights == 3)
     page.until(lambda: box.input_value() == "3")
@@ -190,6 +190,6 @@ def test_error_budget_of_the_tank_in_force(page):
     rows = page.page.locator("#budget tbody tr")
     page.until(lambda: rows.count() == 24)
     assert "10 lights" in page.page.locator("#budget").locator("xpath=..").inner_text()
-    page.page.get_by_label("Number of lights").fill("8")
+    page.box("Number of lights").fill("8")
     page.page.get_by_text("The camera or the dock has changed: press again.").wait_for()
     assert rows.count() == 0

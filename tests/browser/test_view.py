@@ -233,7 +233,6 @@ def test_mask_is_drawn_with_the_mouse_and_changes_the_result(page):
     assert mask == pytest.approx((320, 0, 320, 480), abs=2)
     page.until(lambda: page.page.locator("dockpose-picture [data-mask]").count() == 1)
     page.until(lambda: "10 lights" not in page.status)
-    page.until(lambda: page.box("Mask").input_value().startswith("1: "))  # the tab Detect edits the same
     assert button(page, "mask").get_attribute("aria-pressed") == "false"  # the next drag pans
     page.page.get_by_role("button", name="Mask 1:").click()  # the chip above the picture
     page.until(lambda: page.app.view.settings.masks == () and "Dock found" in page.status)

@@ -14,8 +14,10 @@ import msgspec
 import numpy as np
 from dockpose import Camera, Dock, Entrance, Settings, estimate
 from dockpose.app.experiment.session import Session
+from dockpose.app.export.data import settings_yaml
 from dockpose.app.inputs.pictures import save_dock
-from dockpose.app.state.preferences import Remembered, settings_file
+from dockpose.app.processing.analysis import analyse
+from dockpose.app.state.preferences import Remembered
 from dockpose.app.state.tank import Tank, Tanks
 from dockpose.app.state.view import open_source
 from dockpose.camera.files import FORMATS, save_camera
@@ -133,7 +135,8 @@ def scenes() -> list[bytes]:
 @functools.cache
 def settings_files() -> list[bytes]:
     """Settings files as the page saves them."""
-    return [settings_file(open_source(None, None, None, Tank())), to_yaml({"settings": {"method": "otsu"}}).encode()]
+    saved = settings_yaml(analyse(open_source(None, None, None, Tank()))).encode()
+    return [saved, to_yaml({"settings": {"method": "otsu"}}).encode()]
 
 
 @functools.cache

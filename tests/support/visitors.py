@@ -65,7 +65,7 @@ class Visitor:
         )
         self.hears: Callable[..., object] = hears  # is given each message; may be replaced
         self.was_dark: list[bool] = []
-        self.values, self.ids, self.buttons, self.notices = {}, {}, {}, []
+        self.values, self.ids, self.buttons, self.notices, self.kinds = {}, {}, {}, [], {}
         self.bytes_read, self.messages_read = 0, 0
         self.is_replayed, self.changed = threading.Event(), threading.Condition()
         self.send(VIEWPOINT)
@@ -138,4 +138,5 @@ class Visitor:
             self.buttons[message["props"]["label"]] = message["uuid"]
         elif "props" in message and "label" in (message["props"] or {}):
             self.ids.setdefault(message["props"]["label"], message["uuid"])
+            self.kinds[message["uuid"]] = kind
             self.values[message["uuid"]] = message.get("value")

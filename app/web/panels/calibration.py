@@ -20,9 +20,11 @@ from dockpose.app.errors import UserError
 from dockpose.app.export.words import MEDIA, camera_lines, outcome
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import LatestWorker, Progress
-from dockpose.app.state.camera import camera_file, with_own_camera
+from dockpose.app.state.camera import with_own_camera
+from dockpose.app.web.choices import Client
 from dockpose.app.web.html import small
-from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel
+from dockpose.app.web.page import Page
+from dockpose.app.web.widgets import Panel
 from dockpose.camera.board import Board, Sighting, count_squares
 from dockpose.camera.calibrate import BoardView, Calibration, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage, coverage_of
@@ -52,7 +54,7 @@ class CalibrationPanel(Panel):
 
     table = "calibration"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._lock = threading.RLock()
         self._gathering = Gathering(Board(10, 7, 0.024), distinct=True)
@@ -65,10 +67,7 @@ class CalibrationPanel(Panel):
         self._area = area = self.gui.add_folder("Calibrate the camera", expand_by_default=False)
         with area:
             self._add_controls()
-            busy = "Another piece of work is running; wait, or stop it."
-            self._work = BackgroundWork(app, "Do not go on with it.", busy)
         self.add_upload(area, "add", self._take, _PICTURES + ",".join(VIDEO_ENDINGS), waits=True)
-        self.add_upload(area, "add_folder", self._take, f"{_PICTURES}.folder", waits=True)
 
     def show(self, analysis: Analysis) -> None:
         """Keep what is shown, and look for the board in it while watching."""
@@ -86,11 +85,10 @@ class CalibrationPanel(Panel):
         blank = np.zeros((1, WIDTH_PX, 3), np.uint8)
         self._shown = self.gui.add_image(blank, format="jpeg", visible=False, order=4.1)
         self._covered = self.gui.add_html("", order=5)
-        self.add("button", "fit", lambda client: self._work.start(self._fit, client))
+        self.add("button", "fit", lambda client: self.app.work.start(self._fit, client))
         self._result = self.gui.add_html("", order=8)
         with_camera = self.changing(lambda view: with_own_camera(view, self._camera(), "the calibration"))
         self._use = self.add("button", "use", with_camera)
-        self._save = self.add_download("save", "camera.yaml", lambda view: camera_file(self._camera(), "dockpose"))
         self.add("button", "again", self.trying(self._clear))
 
     def _ready(self, greys: Iterable[np.ndarray] = ()) -> Gathering:
@@ -106,8 +104,7 @@ class CalibrationPanel(Panel):
         self._gathering, self._dropped, self._done = Gathering(board, distinct=True), {}, None
         for handle in (self._seen, self._covered, self._result):
             handle.content = ""
-        for handle in (self._shown, self._use, self._save):
-            handle.visible = False
+        self._shown.visible = self._use.visible = False
         self._show_gathered()
 
     def _add_shown(self, client: Client) -> None:
@@ -164,7 +161,7 @@ class CalibrationPanel(Panel):
 
     def _take(self, data: bytes, name: str, client: Client) -> None:
         if Path(name).suffix.lower() in VIDEO_ENDINGS:
-            self._work.start(lambda progress: self._take_video(data, name, client), client)
+            self.app.work.start(lambda progress: self._take_video(data, name, client), client)
         else:
             self.app.attempt(lambda: self._look(decode(data, name), name, thorough=True), client)
 
@@ -203,7 +200,7 @@ class CalibrationPanel(Panel):
                 self._done = done
                 self._result.content = "".join([small(escape(line), 'class="calibration-line"') for line in lines])
                 self._show_cards(done.views)
-                self._use.visible = self._save.visible = True
+                self._use.visible = True
         if not is_of_these:  # a click dropped one meanwhile
             self._fit(progress)
 
@@ -224,9 +221,9 @@ class CalibrationPanel(Panel):
             self._show_gathered()
             self._done = None  # it was of other pictures
             self._result.content = ""
-            self._use.visible = self._save.visible = False
+            self._use.visible = False
         if was_done:
-            self._work.start(self._fit, client)
+            self.app.work.start(self._fit, client)
 
     def _camera(self) -> Camera:
         if self._done is None:

@@ -1,7 +1,7 @@
-"""The Compare tab: every threshold method side by side, and a sweep over the level."""
+"""The Compare tab: every threshold method side by side."""
 
 import base64
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -12,27 +12,22 @@ from dockpose.app.drawing.annotated import around_ring, kept_pixels
 from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, status_words
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
-from dockpose.app.processing.comparison import (
-    compare_view,
-    error_words,
-    histogram_in,
-    same_comparison,
-    sweep_levels,
-)
+from dockpose.app.processing.comparison import compare_view, error_words, histogram_in, same_comparison
 from dockpose.app.processing.losses import best_first, losses
 from dockpose.app.state.changes import with_method
 from dockpose.app.state.view import View
-from dockpose.app.web.charts import SweepChart
-from dockpose.app.web.html import help_link, small
+from dockpose.app.web.choices import Client
+from dockpose.app.web.html import help_link
 from dockpose.app.web.live import data_html
+from dockpose.app.web.page import Page
 from dockpose.app.web.panels.view import LOOK, runs
-from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel
+from dockpose.app.web.widgets import Panel
+from dockpose.app.web.work import BackgroundWork
 from dockpose.camera.image import to_grey, to_levels
 from dockpose.estimate import geometry
 from dockpose.pose.known import pose_error
 from dockpose.thresholds import LEVELS, METHODS
 
-_OLD_SWEEP = "<b>Outdated:</b> the picture or the settings have changed since. Sweep again."
 _AROUND = 1.25  # of the ring's size: what a crop shows
 _WIDEST_PX = 480  # of a crop as it is sent
 _OUTLINE_STEP = 4  # of the points on the ellipse
@@ -113,22 +108,17 @@ def method_words(found: Estimate, view: View) -> dict[str, Any]:
 
 
 class ComparePanel(Panel):
-    """The cards of the methods, which static/compare.js draws, and below them the sweep over the level."""
+    """The cards of the methods, which static/compare.js draws."""
 
-    table = "compare"
-
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._compared: View | None = None
-        self._swept: View | None = None
         self._state: dict[str, Any] = {}
-        gui, self._task = self.gui, BackgroundWork(app, "Stop the work.")
+        # Of its own: the bar above the tools is not in sight here, and a file that is saved does not hold it up.
+        gui, self._work = self.gui, BackgroundWork(self.gui, app.report, app.notify)
+        app.closing.callback(self._work.close)
         gui.add_html(f'<dockpose-compare style="{LOOK}"></dockpose-compare>')
         self._cards, self._states = gui.add_html(""), gui.add_html("")
-        with gui.add_folder("Every fixed level", expand_by_default=False):
-            self.add("button", "sweep", lambda client: self._begin(self._do_sweep))
-            self._sweep_note = gui.add_html("")
-            self._chart = SweepChart(gui)
         gui.add_html(help_link("compare"))
         gui.add_html(help_link("study", "Which method when, by a study of 2,000 scenes; the paper, reproduced"))
 
@@ -140,7 +130,7 @@ class ComparePanel(Panel):
     def compare(self) -> None:
         """Compare the methods on what is shown, unless the results there are of it."""
         if self.analysis is not None and not self._is_fresh:
-            self._begin(self._do_compare)
+            self._work.start(partial(self._do_compare, self.analysis))
 
     def use(self, method: str, client: Client) -> None:
         """Take a method for the picture."""
@@ -151,10 +141,6 @@ class ComparePanel(Panel):
         present = None if self.analysis is None else self.analysis.view
         return self._compared is not None and present is not None and same_comparison(self._compared, present)
 
-    def _begin(self, work: Callable[[Analysis, Progress], None]) -> None:
-        if self.analysis is not None:
-            self._task.start(partial(work, self.analysis))
-
     def _tell(self) -> None:
         in_use = None if self.analysis is None else self.analysis.view.settings.method
         threshold = None if self.analysis is None else self.analysis.estimate.threshold
@@ -162,15 +148,8 @@ class ComparePanel(Panel):
         state = {"inUse": in_use, "stepsIn": steps_in, "isOld": self._compared is not None and not self._is_fresh}
         if state != self._state:
             self._state, self._states.content = state, data_html("compare-state", state)
-        is_old = self._swept is not None and self.analysis is not None and self._swept is not self.analysis.view
-        self._sweep_note.content = small(_OLD_SWEEP) if is_old else ""
 
     def _do_compare(self, analysis: Analysis, progress: Progress) -> None:
         numbers = comparison_numbers(compare_view(analysis.view, progress), analysis.view)
         self._cards.content, self._compared = data_html("compare", numbers), analysis.view
-        self._tell()
-
-    def _do_sweep(self, analysis: Analysis, progress: Progress) -> None:
-        self._swept = analysis.view
-        self._chart.show(sweep_levels(analysis.view, analysis.estimate, progress, show=self._chart.grow))
         self._tell()

@@ -1,4 +1,4 @@
-"""The tab Detect: method, level, smallest group, masks; and both candidates in full, and why this one."""
+"""The tab Detect: method, level, smallest group; and both candidates in full, and why this one."""
 
 import math
 from html import escape
@@ -11,19 +11,16 @@ from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import MISSING, QUANTITIES
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.resources import read_toml
 from dockpose.app.state import changes as choices
 from dockpose.app.state.parameters import DETECTION
-from dockpose.app.state.view import MeasuredPose, View, number_text, typed_number
+from dockpose.app.state.view import MeasuredPose, View
 from dockpose.app.web.html import help_link, pose_name, result_cells, row, small, table, wide_row
-from dockpose.app.web.widgets import App, Panel, Slider
+from dockpose.app.web.page import Page
+from dockpose.app.web.widgets import Panel, Slider
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.pose.pnp import peer_poses
 from dockpose.thresholds import LEVELS, METHODS
-
-NO_MASK = "(no mask)"
-_CENTROIDS = {"Weighed by brightness": "grey", "Middle of the pixels kept": "binary"}
 
 
 def threshold_sentence(found: Estimate) -> str:
@@ -60,11 +57,11 @@ def detect_html(analysis: Analysis) -> str:
 
 
 class DetectPanel(Panel):
-    """Method, level, smallest group, kind of centre, and masks."""
+    """Method, level, smallest group, and kind of centre."""
 
     table = "detect"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._labels = {METHODS.title(method): method for method in METHODS}
         self._method = self.add(
@@ -72,27 +69,17 @@ class DetectPanel(Panel):
         )
         self._level = Slider(app, DETECTION["level"], self._with_fixed_level)
         self._min_area = Slider(app, DETECTION["min_area_px"])
-        with_centre = self.changing(self._with_centre, reload=False)
-        self._centroid = self.add("dropdown", "centroid", with_centre, options=tuple(_CENTROIDS))
+        self.add_value("dropdown", "centroid")
         app.live.place("detect", detect_html)
-        with self.gui.add_folder("Masks: parts not looked at", expand_by_default=False):
-            corner, size = self.add("vector2", "corner"), self.add("vector2", "size")
-            self.add("button", "add", self.changing(lambda view: choices.with_mask(view, *corner.value, *size.value)))
-            self._mask = self.add("dropdown", "mask", options=[NO_MASK])
-            self.add("button", "remove", self.changing(lambda view: choices.without_mask(view, self._mask.value)))
-            self.add("button", "clear", self.changing(choices.without_masks))
 
     def load(self, view: View) -> None:
         """Set the controls."""
+        super().load(view)
         self._method.value = METHODS.title(view.settings.method)
         self._level.load(view, with_value=view.settings.method == "fixed")
         self._min_area.load(view)
         # Most groups are small: a longer slider would be too coarse for them.
         self._min_area.handle.max = min(DETECTION["min_area_px"].range(view).high, max(100, view.settings.min_area_px))
-        masks = tuple(choices.mask_labels(view.settings.masks)) or (NO_MASK,)
-        if masks != self._mask.options:
-            self._mask.options, self._mask.value = masks, masks[-1]
-        self._centroid.value = next(label for label, kind in _CENTROIDS.items() if kind == view.settings.centroid)
 
     def show(self, analysis: Analysis) -> None:
         """Let the level's slider follow a level that was found."""
@@ -105,9 +92,6 @@ class DetectPanel(Panel):
         """Under "fixed" the level starts where the method before it left it."""
         method = self._labels.get(self._method.value, self._method.value)
         return choices.with_method(view, method, self._level.handle.value)
-
-    def _with_centre(self, view: View) -> View:
-        return choices.with_centroid(view, _CENTROIDS.get(self._centroid.value))
 
     def _with_fixed_level(self, view: View, value: Any) -> View:
         changed = choices.with_method(view, "fixed", value)
@@ -206,48 +190,21 @@ def _ellipse_words(found: Estimate) -> str:
 
 
 class PosePanel(Panel):
-    """Tables, three buttons to overrule the choice, and five numbers of a measured pose."""
+    """Tables, and three buttons to overrule the choice."""
 
     table = "pose"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
-        hints, self._measured = read_toml("controls.toml")["measured"], {}
         with self.gui.add_folder("Which of the two poses", expand_by_default=False):
             app.live.place("pose", lambda analysis: details_html(analysis.estimate))
             with_pose = self.changing(self._with_pose, reload=False)
             self._use = self.add("button_group", "use", with_pose, options=("The program's", *POSE_NAMES))
             app.live.place("peers", lambda analysis: peers_html(analysis.estimate))
-            with_measured = self.changing(self._with_measured, reload=False)
-            self._compare = self.add("checkbox", "compare", with_measured)
-            for name in choices.MEASURED_LIMITS:  # boxes of text, for a number's cannot be blank
-                hint = hints["place" if "cm" in name else "turn"]
-                self._measured[name] = self.gui.add_text(f"Measured {name}", "", visible=False, hint=hint)
-                app.choices.on_update(self._measured[name], with_measured)
             app.live.place("errors", lambda now: errors_html(now, "truth") + errors_html(now, "measured"))
             self.gui.add_html(help_link("pose"))
-
-    def load(self, view: View) -> None:
-        """Set the measured pose."""
-        measured = view.measured
-        self._compare.value = measured is not None
-        values = (None,) * len(self._measured) if measured is None else measured.values
-        for box, value in zip(self._measured.values(), values, strict=True):
-            box.visible, box.value = measured is not None, number_text(value)
 
     def _with_pose(self, view: View) -> View:
         candidates = () if self.analysis is None else self.analysis.estimate.candidates
         named = dict(zip(POSE_NAMES, candidates, strict=False))
         return choices.with_pose_by_hand(view, named.get(self._use.value))
-
-    def _with_measured(self, view: View) -> View:
-        for box in self._measured.values():
-            box.visible = bool(self._compare.value)
-        if not self._compare.value:
-            for box in self._measured.values():
-                box.value = ""
-            return choices.with_measured(view, None)
-        texts = {name: str(box.value) for name, box in self._measured.items()}
-        return choices.with_measured(
-            view, {name: typed_number(f"Measured {name}", text, is_finished=False) for name, text in texts.items()}
-        )

@@ -14,16 +14,18 @@ from dockpose.app.experiment import Row, Session
 from dockpose.app.experiment.session import SessionFolder
 from dockpose.app.export.bundle import bundle_name, session_files, to_zip
 from dockpose.app.export.words import Checked, check_session
-from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml
 from dockpose.app.state.camera import camera_file, dock_file
-from dockpose.app.state.view import MeasuredPose
+from dockpose.app.state.changes import with_measured
+from dockpose.app.state.view import View
 from dockpose.app.web.charts import ErrorCharts
+from dockpose.app.web.choices import Client, on_person
 from dockpose.app.web.html import small
+from dockpose.app.web.page import Page
 from dockpose.app.web.panels import experiment_rows as log_rows
 from dockpose.app.web.server.viser_private import identity
-from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel, on_person
+from dockpose.app.web.widgets import Panel
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
 WHAT = read_toml("controls.toml")["log"]["files"]
@@ -34,7 +36,7 @@ class ExperimentPanel(Panel):
 
     table = "log"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._sessions = SessionFolder(app.options.sessions)
         self._lock = threading.RLock()
@@ -42,7 +44,6 @@ class ExperimentPanel(Panel):
         self._has_begun = False  # whether a session was begun or chosen since the start
         self._chosen_row: int | None = None  # whose boxes are shown; None for the next frame's
         self._drafts: dict[int | None, log_rows.Texts] = {}
-        self._known_pose: MeasuredPose | None = None
         self._page_number, self._said = 1, ""
         self.take = self.trying(self._take)
         self._heard = deque[int](maxlen=8)  # numbers of wishes to take
@@ -51,16 +52,6 @@ class ExperimentPanel(Panel):
         self._add_rows()
         self._show_session("")
 
-    def show(self, analysis: Analysis) -> None:
-        """Keep what a frame would record; a pose measured in the tab Detect goes into the boxes, and out again."""
-        self.analysis = analysis
-        known = analysis.view.measured
-        if known == self._known_pose:  # as nearly always: a picture need not wait for the disk
-            return
-        with self._lock:
-            self._next_texts = log_rows.after_change(self._next_texts, self._known_pose, known)
-            self._known_pose = known
-
     def wish(self, wish: Any, client: Client) -> None:
         """Take a frame with what a browser's boxes say, and tell it that it was heard."""
         self._heard.append(wish.number)
@@ -68,7 +59,7 @@ class ExperimentPanel(Panel):
         self.app.live.send()
         self.app.attempt(lambda: self._take(client, wish.boxes), client)
 
-    def typed(self, wish: Any) -> None:
+    def typed(self, wish: Any, client: Client) -> None:
         """Take over what was typed in a browser, for the row that its boxes had then, which may be another by now."""
         with self._lock:
             if wish.number <= max(self._heard, default=0):
@@ -78,6 +69,18 @@ class ExperimentPanel(Panel):
                 self._fields.texts |= typed
             elif row in self._drafts:
                 self._drafts[row] |= typed
+        self._compare(client)
+
+    def _compare(self, client: Client) -> None:
+        """Set what is typed for the next frame beside the pose that was found in the picture."""
+        with self._lock:
+            measured = log_rows.pose_of(self._next_texts)
+
+        def compared(view: View) -> View:
+            after = with_measured(view, measured)
+            return view if after.measured == view.measured else after
+
+        self.change(compared, client)
 
     def _take_over(self, boxes: Mapping[str, str]) -> None:
         """Set the boxes to what a browser shows in its own, of which not everything may have come."""
@@ -101,6 +104,7 @@ class ExperimentPanel(Panel):
             choose = self.trying(self._choose_row)
             self._target = self.add("dropdown", "target", choose, options=(target_name(None),))
             self._fields = log_rows.MeasuredFields(self.gui)
+            self._fields.on_update(self.app.choices, self._compare)
             ids = json.dumps({"target": identity(self._target), **self._fields.ids})
             self.gui.add_html(f'<dockpose-measured boxes="{escape(ids)}"></dockpose-measured>')
             self._save_row = self.add("button", "save_row", self.trying(self._save_chosen))
@@ -119,7 +123,6 @@ class ExperimentPanel(Panel):
             for name in ("dock", "camera")
         }
         self.app.closing.callback(self._close_session)
-        self._saver = BackgroundWork(self.app)
 
     def _close_session(self) -> None:
         with self._lock:
@@ -189,7 +192,7 @@ class ExperimentPanel(Panel):
         said = log_rows.taken_words(row)
         with self._lock:
             if not self._keep.value and self._next_texts == texts:
-                self._next_texts = log_rows.texts_of_pose(self._known_pose)
+                self._next_texts = log_rows.BLANK
             if session is self._session:
                 self._show_rows(said)
         self.app.notify("Taken", said, "green", client)
@@ -262,7 +265,7 @@ class ExperimentPanel(Panel):
             return to_zip(files, progress) if name == ALL else files[name]()
 
         called = bundle_name(session.record.name, ".zip" if name == ALL else f"_{name}")
-        self._saver.save(client, called, make)
+        self.app.work.save(client, called, make)
 
     def _check_tape(self, client: Client) -> None:
         with self._lock:

@@ -8,11 +8,13 @@ from typing import Any
 
 import viser
 from dockpose.app.drawing.numbers import QUANTITIES, status_words
+from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row
 from dockpose.app.experiment.record import EDITABLE, MEASURED_COLUMNS
 from dockpose.app.export.data import summaries, table
 from dockpose.app.resources import read_toml
-from dockpose.app.state.view import MeasuredPose, number_text, typed_number
+from dockpose.app.state.view import number_text, typed_number
+from dockpose.app.web.choices import Act, Choices
 from dockpose.app.web.html import small
 from dockpose.app.web.html import table as html_table
 from dockpose.app.web.server.viser_private import identity
@@ -39,16 +41,15 @@ def texts_of(row: Row) -> Texts:
     return measured_texts([getattr(row, name) for name in MEASURED_COLUMNS]) | {"notes": row.notes}
 
 
-def texts_of_pose(pose: MeasuredPose | None) -> Texts:
-    """Contents of the boxes for a measured pose; distance and notes are blank, and all is where there is none."""
-    return measured_texts([*(pose or MeasuredPose()).values, None]) | {"notes": ""}
-
-
-def after_change(texts: Texts, before: MeasuredPose | None, now: MeasuredPose | None) -> Texts:
-    """Contents after the measured pose has changed: what stood there only from before, and is not typed over, goes."""
-    old, new = texts_of_pose(before), texts_of_pose(now)
-    names = [name for name in MEASURED_COLUMNS if name != "distance_cm"]
-    return texts | {name: new[name] or ("" if texts[name] == old[name] else texts[name]) for name in names}
+def pose_of(texts: Texts) -> dict[str, float | None] | None:
+    """What is typed of the pose, by the quantities' names; None where nothing is, or is still being typed."""
+    numbers = {}
+    for name, quantity in zip(MEASURED_COLUMNS, QUANTITIES, strict=False):  # all but the distance
+        try:
+            numbers[quantity] = typed_number(quantity, texts[name], is_finished=False)
+        except UserError:
+            return None
+    return numbers if any(number is not None for number in numbers.values()) else None
 
 
 def measured_texts(numbers: list[float | None]) -> Texts:
@@ -75,6 +76,11 @@ class MeasuredFields:
     def ids(self) -> dict[str, str | None]:
         """By which the page knows them."""
         return {name: identity(box) for name, box in self._boxes.items()}
+
+    def on_update(self, choices: Choices, act: Act) -> None:
+        """Call an act whenever a person typed into one of a pose's."""
+        for name in MEASURED_COLUMNS:
+            choices.on_update(self._boxes[name], act)
 
     @property
     def texts(self) -> Texts:

@@ -1,5 +1,6 @@
 """The Export tab: one file of what was found; and all of them in a ZIP file, for the button beneath the strip."""
 
+from collections.abc import Sequence
 from functools import partial
 
 import cv2
@@ -10,42 +11,45 @@ from dockpose.app.export.data import to_png
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml
+from dockpose.app.web.choices import Client
 from dockpose.app.web.html import small
+from dockpose.app.web.page import Page
 from dockpose.app.web.server.viser_private import page_of_scene
-from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel
+from dockpose.app.web.widgets import Panel
 
-_SAID = read_toml("controls.toml")["export"]
-WHAT, LAYER_WORDS = _SAID["files"], _SAID["layers"]
+WHAT = read_toml("controls.toml")["export"]["files"]
 _RENDER_S = 20.0
 _NOT_DRAWN = (
     f"The browser did not draw the 3D view within {_RENDER_S:.0f} s. Keep this page in front while it is saved."
 )
-_WORDS = "Files go to this browser's downloads and hold the picture and the numbers as shown now."
+_WORDS = (
+    "Files go to this browser's downloads and hold the picture and the numbers as shown now; the annotated picture has "
+    "the layers that are shown over the picture here."
+)
 
 
 class ExportPanel(Panel):
-    """A list of files, and the layers of the annotated picture."""
+    """A list of files."""
 
     table = "export"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self.gui.add_html(small(_WORDS))
         self._what = self.add("dropdown", "what", options=tuple(WHAT))
         self.add("button", "save", self._save)
-        self._saver = BackgroundWork(app)
-        with self.gui.add_folder("Drawn on the annotated picture", expand_by_default=False):
-            self._layers = {
-                name: self.gui.add_checkbox(**LAYER_WORDS[name], initial_value=name in DRAWN) for name in LAYERS
-            }
+        self._layers: dict[int, list[str]] = {}  # by browser, where it shows others than usual
 
-    @property
-    def layers(self) -> list[str]:
-        """The layers to draw on the annotated picture."""
-        return [name for name, box in self._layers.items() if box.value]
+    def follow(self, layers: Sequence[str], client: Client) -> None:
+        """Draw on the annotated picture what a browser shows over its own, and the numbers."""
+        self._layers[client.client_id] = [name for name in LAYERS if name in layers or name == "text"]
+
+    def layers(self, client: Client) -> Sequence[str]:
+        """The layers to draw on the annotated picture for a browser."""
+        return self._layers.get(client.client_id, DRAWN)
 
     def _save(self, client: Client) -> None:
-        analysis, layers, name = self.analysis, self.layers, WHAT.get(self._what.value)
+        analysis, layers, name = self.analysis, self.layers(client), WHAT.get(self._what.value)
         if analysis is None or name is None:
             return
 
@@ -55,11 +59,11 @@ class ExportPanel(Panel):
                 raise UserError(f"{analysis.view.source}: there is no {name}: {analysis.estimate.message}")
             return files[name]()
 
-        self._saver.save(client, bundle_name(analysis.view.source, f"_{name}"), make)
+        self.app.work.save(client, bundle_name(analysis.view.source, f"_{name}"), make)
 
     def save_all(self, client: Client) -> None:
         """Save everything as one ZIP file, in the downloads of this browser."""
-        analysis, layers = self.analysis, self.layers
+        analysis, layers = self.analysis, self.layers(client)
         if analysis is None:
             return
 
@@ -73,9 +77,9 @@ class ExportPanel(Panel):
                 self.app.notify("The ZIP file lacks a picture", str(error), "yellow", client)
             return to_zip(files, progress)
 
-        self._saver.save(client, bundle_name(analysis.view.source), make)
+        self.app.work.save(client, bundle_name(analysis.view.source), make)
 
-    def _files(self, analysis: Analysis, client: Client, layers: list[str], progress: Progress) -> Files:
+    def _files(self, analysis: Analysis, client: Client, layers: Sequence[str], progress: Progress) -> Files:
         files = picture_files(analysis, layers=layers, sha256=analysis.view.sha256, progress=progress)
         server = self.app.server
         saved = {"view_3d.png": partial(view_picture, client), "view_3d.html": lambda: page_of_scene(server).encode()}

@@ -9,7 +9,8 @@ from dockpose import Vehicle, guide
 from dockpose.app.drawing.numbers import number, sigma_words, way_parts
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.web.html import row, table
-from dockpose.app.web.widgets import App, Panel
+from dockpose.app.web.page import Page
+from dockpose.app.web.widgets import Panel
 
 STALE_S = 2.0  # without a new picture
 _LOOKED_EVERY_S = 0.25
@@ -18,7 +19,7 @@ _LOOKED_EVERY_S = 0.25
 class GuidancePanel(Panel):
     """Leads to the entrance, and knows how old the picture is."""
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._seen_s = time.monotonic()
         app.live.place("guidance", partial(guidance_html, app.options.vehicle))
@@ -41,7 +42,7 @@ class GuidancePanel(Panel):
 
     @property
     def _is_live(self) -> bool:
-        player = self.app.sequence.player
+        player = self.app.player
         return player is not None and player.frames.is_live
 
     def _watch(self, say_stale: Callable[[int], object], ended: threading.Event) -> None:

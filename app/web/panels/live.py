@@ -15,8 +15,9 @@ from dockpose.app.inputs.received import safe_name
 from dockpose.app.inputs.sequences import wishes_from
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.web.html import small
+from dockpose.app.web.page import Page
 from dockpose.app.web.server.options import RECORDINGS_FOLDER
-from dockpose.app.web.widgets import App, Panel
+from dockpose.app.web.widgets import Panel
 from dockpose.sources import ExposureWatch, Live
 
 CAMERA = "camera "  # with its number, the name of one
@@ -30,7 +31,7 @@ class LiveControls(Panel):
 
     table = "live"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._recording: Recording | None = None
         self._recorded: Path | None = None
@@ -49,7 +50,7 @@ class LiveControls(Panel):
         app.closing.callback(self.stop)
 
     def _source(self) -> Live | None:
-        player = self.app.sequence.player
+        player = self.app.player
         return player.frames if player is not None and isinstance(player.frames, Live) else None
 
     def reset(self) -> None:

@@ -10,8 +10,9 @@ from dockpose.app.state.camera import in_force_words
 from dockpose.app.state.tank import tank_words
 from dockpose.app.state.view import View
 from dockpose.app.web.html import pose_name, result_cells, row, sigma_cells, table, wide_row
+from dockpose.app.web.page import Page
 from dockpose.app.web.scene.viewpoints import NAMES
-from dockpose.app.web.widgets import App, Panel
+from dockpose.app.web.widgets import Panel
 
 NO_POSE = "No dock found here. Look at all methods in <b>Compare</b>, or try another level in <b>Detect</b>."
 COLUMNS = (*QUANTITIES, "likely (%)", "error (px)")
@@ -58,7 +59,7 @@ class ViewpointPanel(Panel):
 
     table = "picture"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self.gui.add_html('<dockpose-name-next name="view-buttons"></dockpose-name-next>')
         buttons = self.add(
@@ -106,7 +107,7 @@ def origin_html(view: View, is_saved: bool, browsers: int) -> str:
 class StripPanel(Panel):
     """The strip; it stays in view whichever tabs are open."""
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._browsers, self._newest, self._stale_s = 1, None, 0
         app.live.place("strip", self._html)

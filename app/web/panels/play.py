@@ -12,9 +12,11 @@ from dockpose.app.processing.analysis import COLUMNS, Analysis, TrackedFrame, Tr
 from dockpose.app.processing.background import FramePlayer
 from dockpose.app.processing.following import FrameFollower
 from dockpose.app.state.scene import scene_of
+from dockpose.app.web.choices import Client
+from dockpose.app.web.page import Page
 from dockpose.app.web.panels.live import LiveControls
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import App, Client, Panel, offer
+from dockpose.app.web.widgets import Panel, offer
 from dockpose.sources import Frames
 
 NONE_CHOSEN = "(none)"
@@ -31,30 +33,22 @@ class SequencePanel(Panel):
 
     table = "sequence"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._lock = threading.Lock()
-        self._source: FrameSource | None = None
-        self.player: FramePlayer | None = None
         self.follower: FrameFollower | None = None
         self._courses = itertools.count(1)
         self._course, self._newest = 0, None
         self._speed = "1"
-        self._choice = self.add("dropdown", "choice", self._choose, options=(NONE_CHOSEN,))
+        area = self.gui.add_folder(None)
+        with area:
+            self._choice = self.add("dropdown", "choice", self._choose, options=(NONE_CHOSEN,))
+        self.add_upload(area, "upload", self.take)
         self.gui.add_html('<dockpose-live name="sequence" id="sequence"></dockpose-live>')
         self._camera = LiveControls(app)
         self._put_numbers()
         self._show_choice()
-
-    @property
-    def is_playing(self) -> bool:
-        """Whether the sequence is playing now."""
-        return self.player is not None and self.player.is_playing
-
-    @property
-    def is_sent(self) -> bool:
-        """Whether the open sequence was sent by a browser."""
-        return self._source is not None and self._source.folder is not None
+        app.close_sequence = self.close
 
     def names(self) -> list[str]:
         """Return the names of the sequences that can be chosen."""
@@ -84,22 +78,22 @@ class SequencePanel(Panel):
         frames = source.open(self._tell)
         self.close()
         with self._lock:
-            self._source, self.follower = source, FrameFollower(frames, source.name, self._tell)
-            self.player = FramePlayer(frames, self.app.show_frame, self.app.on_rest, self._show_error)
+            self.app.opened, self.follower = source, FrameFollower(frames, source.name, self._tell)
+            self.app.player = FramePlayer(frames, self.app.show_frame, self.app.on_rest, self._show_error)
         self._reset()
 
     def play(self, is_playing: bool) -> None:
         """Play or pause."""
-        if self.player is not None:
-            self.player.play(is_playing)
+        if self.app.player is not None:
+            self.app.player.play(is_playing)
             if not is_playing:
                 self.app.on_rest()
 
     def close(self) -> None:
         """Close the open sequence, if any."""
         with self._lock:
-            player, source = self.player, self._source
-            self.player = self.follower = self._source = None
+            player, source = self.app.player, self.app.opened
+            self.app.player = self.follower = self.app.opened = None
         if player is not None and source is not None:
             player.close()
             source.discard()
@@ -107,20 +101,21 @@ class SequencePanel(Panel):
 
     def welcome(self, client: Client, uploads: ClientUploads) -> None:
         """Let a new browser have the whole course so far."""
+        super().welcome(client, uploads)
         self._tell_whole()
 
     def toggle(self, client: Client) -> None:
         """Play, or pause; where no sequence is open, the first of those that can be."""
-        if self.player is None:
+        if self.app.player is None:
             self.choose(self.names()[0], client)
-        if self.player is not None:
-            self.play(not self.player.is_playing)
+        if self.app.player is not None:
+            self.play(not self.app.player.is_playing)
             self._tell_now()
 
     def go_to(self, frame: int) -> None:
         """Show a frame, counted from 0; a live source has none to go to."""
-        if self.player is not None and not self.player.frames.is_live:
-            self.player.go_to(frame)
+        if self.app.player is not None and not self.app.player.frames.is_live:
+            self.app.player.go_to(frame)
 
     def set_speed(self, speed: Any) -> None:
         """Play at one of ``SPEEDS``."""
@@ -131,12 +126,12 @@ class SequencePanel(Panel):
 
     def show(self, analysis: Analysis) -> None:
         """Show where in the sequence the frame is."""
-        if analysis.tracked_frame is None or self.player is None:
+        if analysis.tracked_frame is None or self.app.player is None:
             return
         self._newest = analysis.tracked_frame
         self._camera.show(analysis)
         self._put_numbers()
-        if not self.is_playing:
+        if not self.app.is_playing:
             self._tell_whole()
 
     def _reset(self) -> None:
@@ -150,13 +145,13 @@ class SequencePanel(Panel):
         self._tell_whole()
 
     def _show_choice(self) -> None:
-        source, names = self._source, self.names()
+        source, names = self.app.opened, self.names()
         shown = names if source is None or source.name in names else [*names, source.name]
         offer(self._choice, (NONE_CHOSEN, *shown), NONE_CHOSEN if source is None else source.name)
 
     def _set_speed(self) -> None:
-        if self.player is not None:
-            self.player.set_speed(SPEEDS[self._speed])
+        if self.app.player is not None:
+            self.app.player.set_speed(SPEEDS[self._speed])
 
     def _tell(self, sentence: str) -> None:
         """Report on the source: skipped frames, a stream lost or restored."""
@@ -183,7 +178,7 @@ class SequencePanel(Panel):
 
     def _put_numbers(self) -> None:
         """Put what the time line draws, and the words on the frame, into the next message."""
-        player, newest = self.player, self._newest
+        player, newest = self.app.player, self._newest
         words = "No sequence is open. Choose one here, or send a video." if player is None else ""
         if player is not None and newest is not None:
             words = sequence_words(newest, player.frames)
@@ -191,7 +186,7 @@ class SequencePanel(Panel):
         self.app.live.put(timeline=self._numbers())
 
     def _numbers(self) -> dict[str, Any]:
-        player, source, newest = self.player, self._source, self._newest
+        player, source, newest = self.app.player, self.app.opened, self._newest
         if player is None or source is None:
             return {"course": self._course, "name": None}
         at, points = 0, []

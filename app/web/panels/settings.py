@@ -7,9 +7,11 @@ from html import escape
 import viser
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
-from dockpose.app.state.preferences import settings_file, with_settings_file
+from dockpose.app.state.preferences import with_settings_file
+from dockpose.app.web.choices import Act, Client, on_person
 from dockpose.app.web.html import help_link, small
-from dockpose.app.web.widgets import Act, App, Client, Panel, on_person
+from dockpose.app.web.page import Page
+from dockpose.app.web.widgets import Panel
 
 _SOFTWARE = "This browser has no graphics card to draw with: the 3D view turns slowly, and rests while frames play."
 _STEPS_AGAIN = '<div class="steps-again"><button type="button" data-steps-again>Show the first steps</button></div>'
@@ -20,7 +22,7 @@ class SettingsPanel(Panel):
 
     table = "settings"
 
-    def __init__(self, app: App, acts: Mapping[str, Act]) -> None:
+    def __init__(self, app: Page, acts: Mapping[str, Act]) -> None:
         super().__init__(app)
         self._memory = app.memory
         area = self.gui.add_folder(None)
@@ -28,7 +30,6 @@ class SettingsPanel(Panel):
             back = self.add("button_group", "back", lambda client: acts[back.value.lower()](client))
             dark, set_dark = bool(self._memory.now.dark), self._set_dark
             self._dark = self.add("checkbox", "dark", lambda client: set_dark(self._dark.value), initial_value=dark)
-            self.add_download("save", "settings.yaml", settings_file)
             self.gui.add_html(help_link("page"))
             self.gui.add_html(_STEPS_AGAIN)
             self.gui.add_html(small(_SOFTWARE, 'class="software"'))

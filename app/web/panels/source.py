@@ -1,6 +1,5 @@
 """Of the tab Source: a sample, an upload, a file of a folder on this machine, or a simulated scene."""
 
-from functools import partial
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -12,12 +11,13 @@ from dockpose.app.resources import read_toml
 from dockpose.app.state import scene as scenes
 from dockpose.app.state.parameters import SCENE_DISTURBANCES, SCENE_POSE, SCENE_WATER
 from dockpose.app.state.view import View, with_file, with_sample, with_upload
+from dockpose.app.web.choices import Act, Client
 from dockpose.app.web.html import small
-from dockpose.app.web.widgets import Act, App, Client, Panel, offer
+from dockpose.app.web.page import Page
+from dockpose.app.web.widgets import Panel, offer
 from dockpose.files import to_yaml
 from dockpose.sidecar import sample_names
 from dockpose.simulate import Scene, load_scene
-from dockpose.simulate.optics.water import PRESETS
 
 OWN_PICTURE = "(own picture)"
 NONE_CHOSEN = "(none)"
@@ -30,7 +30,7 @@ class SourcePanel(Panel):
 
     table = "source"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._kept, root = app.kept, app.options.folder
         self._roots = {"folder": root, "beside": app.beside}
@@ -48,7 +48,11 @@ class SourcePanel(Panel):
             pages = self.add("button_group", "pages", lambda client: self.turn(_STEPS[pages.value], client))
         self._choices = {"samples": self._sample, "uploads": self._uploaded, "folder": self._file}
         self.add_upload(area, "upload", self.changing_by_file(self._with_new_upload))
-        self.add_upload(area, "upload_video", lambda *sent: app.sequence.take(*sent))
+
+    @property
+    def _is_sent(self) -> bool:
+        """Whether the open sequence was sent by a browser."""
+        return self.app.opened is not None and self.app.opened.folder is not None
 
     def turn(self, by: int, client: Client) -> None:
         """Show the picture ``by`` places further in the list."""
@@ -60,7 +64,7 @@ class SourcePanel(Panel):
         self._words.content = small(escape(SAMPLE_WORDS.get(view.sample or "", "")))
         uploaded = self._kept.names()
         self._uploaded.visible = bool(uploaded)
-        self._forget.visible = bool(uploaded) or view.list_name == "uploads" or self.app.sequence.is_sent
+        self._forget.visible = bool(uploaded) or view.list_name == "uploads" or self._is_sent
         self._forget.label = f"Forget uploads ({_megabytes(self._kept.kept_bytes)})"
         _fill(self._uploaded, uploaded, view.item if view.list_name == "uploads" else None)
         self._list_files(view.item if view.list_name == "folder" else None)
@@ -97,7 +101,7 @@ class SourcePanel(Panel):
             self._kept.make_room(0)
             self.app.memory.forget_picture()
             client.add_notification("Uploads forgotten", sentence, color="green")
-            is_forgotten = view.list_name == "uploads" or self.app.sequence.is_sent
+            is_forgotten = view.list_name == "uploads" or self._is_sent
             return with_sample(view, sample_names()[0]) if is_forgotten else view
 
         self.change(without_uploads, client, reload=True)
@@ -134,52 +138,27 @@ def _fill(dropdown: Any, names: list[str], chosen: str | None) -> None:
     offer(dropdown, (NONE_CHOSEN, *names), chosen if chosen in names else NONE_CHOSEN)
 
 
-_OTHER_WATER = "(own mixture)"
-
-
 class SimulatorPanel(Panel):
     """Sliders for pose, water and disturbances; a scene file can be loaded and saved."""
 
     table = "simulator"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
-        area, shown = self.gui.add_folder("Simulate", expand_by_default=False), partial(self.changing, reload=False)
+        area = self.gui.add_folder("Simulate", expand_by_default=False)
         with area:
             with self.gui.add_folder("Pose of the dock"):
                 self.add_sliders(SCENE_POSE)
             with self.gui.add_folder("Water and light", expand_by_default=False):
-                waters = *PRESETS, _OTHER_WATER
-                self._water = self.add("dropdown", "water", self.changing(self._with_water), options=waters)
-                with_psf = shown(lambda view: scenes.with_psf(view, self._psf.value))
-                self._psf = self.add("dropdown", "psf", with_psf, options=scenes.PSF_MODELS)
                 self.add_sliders(SCENE_WATER)
+                self.add_value("dropdown", "psf")
             with self.gui.add_folder("Disturbances", expand_by_default=False):
                 self.add_sliders(SCENE_DISTURBANCES)
-                with_missing = shown(lambda view: scenes.with_missing(view, self._missing.value))
-                self._missing = self.add("text", "missing", with_missing)
-                self._text = self.add("text", "text", shown(lambda view: scenes.with_text(view, self._text.value)))
+                self.add_value("text", "missing", reload=False)
+                self.add_value("text", "text", reload=False)
             self.add("button", "own", self.changing(scenes.with_camera_in_use))
             self.add_download("save", "scene.yaml", lambda view: scene_bytes(scenes.scene_of(view)))
         self.add_upload(area, "load", self.changing_by_file(_with_scene_file))
-
-    def load(self, view: View) -> None:
-        """Set all controls to the scene shown, or to the default one."""
-        scene = scenes.scene_of(view)
-        super().load(view)
-        self._water.value = scenes.preset_name(scene.water) or _OTHER_WATER
-        self._psf.value = scene.psf.model if scene.psf.model in scenes.PSF_MODELS else scenes.PSF_MODELS[0]
-        self._missing.value = ", ".join(map(str, scene.lights.missing))
-        self._text.value = scene.texts[0].text if scene.texts else ""
-
-    def show(self, analysis: Analysis) -> None:
-        """The truth stands in the table of poses; here only the water's name follows the turbidity."""
-        name = scenes.preset_name(scenes.scene_of(analysis.view).water) or _OTHER_WATER
-        if self._water.value != name:
-            self._water.value = name
-
-    def _with_water(self, view: View) -> View:
-        return view if self._water.value == _OTHER_WATER else scenes.with_water(view, self._water.value)
 
 
 def scene_bytes(scene: Scene) -> bytes:

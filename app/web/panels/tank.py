@@ -10,26 +10,22 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state import camera as optics
 from dockpose.app.state.camera import with_tank, with_these_as_mine
 from dockpose.app.state.changes import (
-    MAX_LIGHTS,
     Chip,
-    angles_text,
     chips,
     dropped_sentence,
-    with_angles,
-    with_lights,
 )
 from dockpose.app.state.parameters import DISTORTION, DOCK, LENS, PORT, put
 from dockpose.app.state.tank import tank_words
+from dockpose.app.state.values import VALUES
 from dockpose.app.state.view import View
+from dockpose.app.web.choices import Client, on_person
 from dockpose.app.web.html import row, small, table
+from dockpose.app.web.page import Page
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import App, Client, Panel, offer, on_person, return_when_idle
+from dockpose.app.web.widgets import Panel, offer
 from dockpose.camera.files import FORMATS
-from dockpose.camera.tone import TONES
 from dockpose.study.budget import budget
 from msgspec.structs import replace as changed
-
-_NAMED_INDICES = {"glass_index": optics.WINDOWS, "water_index": optics.WATERS}
 
 
 def with_focal(view: View, name: str, value: Any, *, both: bool) -> View:
@@ -44,7 +40,7 @@ class CameraPanel(Panel):
 
     table = "camera"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._add_main_numbers()
         area = self.gui.add_folder("Camera")
@@ -54,15 +50,13 @@ class CameraPanel(Panel):
             self._lock = self.add("checkbox", "lock", self.changing(self._with_lock), order=3)
             with self.gui.add_folder("Lens distortion", expand_by_default=False, order=4):
                 self.add_sliders(DISTORTION)
-            with_tone = self.changing(lambda view: optics.with_tone(view, str(self._tone.value)))
-            self._tone = self.add("dropdown", "tone", with_tone, options=TONES, order=2.5)
+            self.add_value("dropdown", "tone", order=2.5)
             with self.gui.add_folder("Port and water", expand_by_default=False, order=5):
-                self._add_port()
-            with self.gui.add_folder("Save, or go back", expand_by_default=False, order=6):
-                self.add("button", "given", self.changing(optics.with_given_values))
-                self.add("button", "default", self.changing(optics.with_default_values))
-                kind = self.add("dropdown", "format", options=FORMATS)
-                self.add_download("save", "camera.yaml", lambda view: optics.camera_file(view.camera, kind.value))
+                self.add_value("checkbox", "port")
+                self.add_sliders(PORT)
+            kind = self.add("dropdown", "format", options=FORMATS)
+            self.add_download("save", "camera.yaml", lambda view: optics.camera_file(view.camera, kind.value))
+            self.add_download("save_dock", "dock.yaml", lambda view: optics.dock_file(view.dock))
         self.add_upload(area, "load", self.changing_by_file(optics.with_camera_file))
         self._add_spacing()
 
@@ -71,52 +65,29 @@ class CameraPanel(Panel):
         super().load(view)
         if view.camera.fx != view.camera.fy:
             self._lock.value = False
-        self._tone.options, self._tone.value = optics.tone_names(view.camera), str(view.camera.tone)
-        self._load_lights(view)
-        self._angles.value = angles_text(view.dock)
-        self._port.value = has_port = view.camera.port is not None
-        for handle in (*(self.sliders[name].handle for name in PORT), *self._names.values()):
-            handle.disabled = not has_port
-        for name, handle in self._names.items():
-            handle.value = optics.index_name(_NAMED_INDICES[name], PORT[name].get(view))
 
     def _add_main_numbers(self) -> None:
         """What everything hangs on, in sight when the page opens."""
-        count = len(LENS) + len(DOCK) + 1
+        count = len(LENS) + len(DOCK)
         self.gui.add_html(f'<dockpose-name-next name="main-number" count="{count}"></dockpose-name-next>')
-        self.add_sliders(LENS | DOCK, {name: partial(self._with_focal, name) for name in ("fx", "fy")})
-        self._lights = self.add(
-            "number", "lights", lambda client: self.change(partial(self._with_lights, client), client), max=MAX_LIGHTS
-        )
+        putters = {name: partial(self._with_focal, name) for name in ("fx", "fy")}
+        self.add_sliders(LENS | DOCK, putters | {"lights": self._with_lights})
 
     def _add_spacing(self) -> None:
         uneven = self.gui.add_folder("Lights that are not evenly spaced", expand_by_default=False)
         with uneven, self.gui.add_form(None) as spacing:
-            set_angles = self.changing(lambda view: with_angles(view, self._angles.value))
+            set_angles = self.changing(lambda view: VALUES["angles"].put(view, self._angles.value))
             self._angles = self.add("text", "angles")
+            self.values.append((self._angles, VALUES["angles"]))
             self.add("button", "set_angles", set_angles)
         on_person(spacing.on_submit, set_angles)
 
-    def _add_port(self) -> None:
-        with_port = self.changing(lambda view: optics.with_port(view, self._port.value))
-        self._port = self.add("checkbox", "port", with_port)
-        self.add_sliders(PORT, reloading=_NAMED_INDICES)
-        self._names = {}
-        for name, named in _NAMED_INDICES.items():
-            with_named, options = self.changing(partial(self._with_named_index, name)), (*named, optics.OTHER_INDEX)
-            self._names[name] = self.add("dropdown", name, with_named, options=options)
-
-    def _load_lights(self, view: View) -> None:
-        self._lights.value = view.dock.lights or 0
-
-    def _with_lights(self, client: Client, view: View) -> View:
-        changed = with_lights(view, self._lights.value)
-        if (changed.dock.lights or 0) != self._lights.value:
-            return_when_idle(self._lights, self.change, client, self._load_lights)
+    def _with_lights(self, view: View, value: Any) -> View:
+        changed = put(view, "lights", value)
         lost = dropped_sentence(view.dock, changed.dock)
         if lost:
-            client.add_notification("Please check the lights", lost, color="yellow")
-        self._angles.value = angles_text(changed.dock)
+            self.app.notify("Please check the lights", lost, "yellow", None)
+        self._angles.value = VALUES["angles"].get(changed)
         return changed
 
     def _with_focal(self, name: str, view: View, value: Any) -> View:
@@ -130,10 +101,6 @@ class CameraPanel(Panel):
     def _with_lock(self, view: View) -> View:
         return with_focal(view, "fx", view.camera.fx, both=True) if self._lock.value else view
 
-    def _with_named_index(self, name: str, view: View) -> View:
-        index = _NAMED_INDICES[name].get(self._names[name].value)
-        return view if index is None or view.camera.port is None else put(view, name, index)
-
 
 NOT_SAVED = "(not saved)"
 _MOST_CHIPS = 8
@@ -142,7 +109,7 @@ _MOST_CHIPS = 8
 class ChipsPanel(Panel):
     """What static/jobs.js shows as chips; a press comes back as a wish that names its chip."""
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._chips: dict[str, Chip] = {}
 
@@ -162,7 +129,7 @@ class BudgetPanel(Panel):
 
     table = "tank"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._shown: tuple[Camera, Dock] | None = None
         with self.gui.add_folder("Error budget", expand_by_default=False):
@@ -197,15 +164,13 @@ class TanksPanel(Panel):
 
     table = "tank"
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._tanks = app.tanks
         with self.gui.add_folder("My tank"):
             self._choice = self.add("dropdown", "choice", self._choose, options=(NOT_SAVED, *self._tanks.names()))
             self._name = self.add("text", "name")
             self.add("button", "save", self.changing(self._saved))
-            saved_one = self.changing(lambda view: with_tank(view, self._tanks.get(view.tank.name)))
-            self._back = self.add("button", "back", saved_one)
             self._take = self.add("button", "take", self.changing(with_these_as_mine))
             self._forget = self.add("button", "forget", self.changing(self._forgotten))
 
@@ -216,21 +181,18 @@ class TanksPanel(Panel):
 
     def load(self, view: View) -> None:
         """Show which saved tank is My tank, and what can be done with it."""
-        names = self._tanks.names()
-        is_known = view.tank.name in names
-        offer(self._choice, (NOT_SAVED, *names), view.tank.name if is_known else NOT_SAVED)
-        if is_known:
+        if view.tank.name in self._tanks.names():
             self._name.value = view.tank.name
-        self._show_buttons(view)
+        self._offer(view)
 
     def show(self, analysis: Analysis) -> None:
         """Offer what fits the picture that is shown."""
-        self._show_buttons(analysis.view)
+        self._offer(analysis.view)
 
-    def _show_buttons(self, view: View) -> None:
-        is_known = view.tank.name in self._tanks.names()
-        self._back.visible = is_known and not self._tanks.is_saved(view.tank)
-        self._forget.visible = is_known
+    def _offer(self, view: View) -> None:
+        names, tank = self._tanks.names(), view.tank
+        offer(self._choice, (NOT_SAVED, *names), tank.name if self._tanks.is_saved(tank) else NOT_SAVED)
+        self._forget.visible = tank.name in names
         self._take.visible = "picture" in (view.camera_of, view.dock_of)
 
     def _choose(self, client: Client) -> None:

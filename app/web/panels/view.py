@@ -14,8 +14,10 @@ from dockpose.app.drawing.numbers import length_words
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.comparison import histogram_in, thresholds_by
 from dockpose.app.state.changes import with_mask, with_method
+from dockpose.app.web.choices import Change, Client
 from dockpose.app.web.live import Acts, WishBox, data_html, wish_to
-from dockpose.app.web.widgets import App, Change, Client, Panel
+from dockpose.app.web.page import Page
+from dockpose.app.web.widgets import Panel
 from dockpose.camera.image import to_levels
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
@@ -50,7 +52,7 @@ LOOK = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())  # 
 class PicturePanel(Panel):
     """The picture with its histogram."""
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._serials, self._picture_serial = itertools.count(1), 0
         self._sent: np.ndarray | None = None
@@ -65,7 +67,7 @@ class PicturePanel(Panel):
     def show(self, analysis: Analysis) -> None:
         """Send the picture if it has changed, and put what was found in it."""
         last, self.analysis = self.analysis, analysis
-        image, is_playing = analysis.view.image, self.app.sequence.is_playing
+        image, is_playing = analysis.view.image, self.app.is_playing
         if image is not self._sent or not (self._is_exact or is_playing):
             self._sent, self._is_exact, self._picture_serial = image, not is_playing, next(self._serials)
             self._picture.content = data_html("picture", picture_data(image, self._picture_serial, self._is_exact))

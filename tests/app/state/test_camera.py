@@ -4,8 +4,7 @@ import pytest
 from dockpose import Camera, Dock
 from dockpose.app.inputs.pictures import load_sample
 from dockpose.app.state import camera as optics
-from dockpose.app.state import view as state
-from dockpose.app.state.changes import chips, with_lights
+from dockpose.app.state.changes import chips
 from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import with_scene
 from dockpose.app.state.tank import Tank
@@ -54,10 +53,15 @@ def test_a_look_at_a_sample_never_touches_my_tank(own):
 
 
 def test_what_is_changed_on_an_own_picture_is_my_tank_s(own):
-    changed = do(do(do(do(own, put, "fx", 900), put, "cy", 1), with_lights, 0), put, "diameter_cm", 50)
+    changed = do(do(do(do(own, put, "fx", 900), put, "cy", 1), put, "lights", 0), put, "diameter_cm", 50)
     assert (fx_of(changed.tank), changed.tank.dock.diameter, changed.tank.name) == (900, 0.5, "Pool A")
     back = do(changed, optics.with_given_values)
     assert (back.tank, back.camera, back.dock) == (MINE, CAMERA, MINE.dock)
+    other = do(changed, optics.with_tank, Tank("Pool B", dock=Dock(0.9, 4), knows_diameter=True))
+    assert (do(put(other, "diameter_cm", 70), optics.with_given_values).dock.diameter, other.camera_of) == (
+        0.9,
+        "guess",
+    )
 
 
 def test_guessed_camera_is_the_operators_once_a_number_is_typed_and_its_note_goes(sample):
@@ -67,15 +71,6 @@ def test_guessed_camera_is_the_operators_once_a_number_is_typed_and_its_note_goe
     assert (typed.camera_of, typed.notes, fx_of(typed.tank)) == ("tank", (), 333)
     other = with_upload(sample, SQUARE, "a.png")  # My tank's camera is for another shape
     assert (other.camera_of, other.tank, other.dock) == ("guess", MINE, MINE.dock)
-
-
-def test_defaults_are_an_assumption_that_my_tank_survives(own):
-    view = do(own, optics.with_default_values)
-    assert (view.camera, view.dock) == (state.guess_camera(view.image), state.DEFAULT_DOCK)
-    assert (view.tank, view.camera_of, view.dock_of) == (MINE, "guess", "guess")
-    assert optics.in_force_words(view) == "In use here: an assumed camera and dock."
-    back = do(view, optics.with_my_tank)
-    assert (back.camera, back.dock, optics.in_force_words(back)) == (CAMERA, MINE.dock, "")
 
 
 def test_camera_file_is_the_operators_whatever_is_looked_at(sample):
@@ -137,7 +132,7 @@ def test_diameter_is_assumed_until_somebody_gives_it_or_a_picture_brings_it(samp
     assert sample.assumed == ()
     view = with_upload(open_source(None, CAMERA, None), PICTURE, "a.png")
     assert (view.assumed, view.dock.diameter) == (("dock",), 0.3)
-    with_eight = do(view, with_lights, 8)
+    with_eight = do(view, put, "lights", 8)
     assert (with_eight.assumed, with_eight.tank.dock.lights) == (("dock",), 8)  # which do not say how large the ring is
     assert do(view, put, "diameter_cm", 45).assumed == ()
     assert do(do(view, put, "diameter_cm", 45), put, "diameter_cm", 30).assumed == ()
@@ -156,8 +151,6 @@ def test_port_is_put_on_set_and_taken_off(view):
     dense = put(through, "glass_index", 99).camera.port
     assert dense is not None
     assert dense.glass_index == 2.0
-    assert optics.index_name(optics.WATERS, 1.34) == "sea water"
-    assert optics.index_name(optics.WATERS, 1.35) == optics.OTHER_INDEX
     assert optics.with_port(changed, False).camera.port is None
 
 

@@ -1,24 +1,27 @@
 import math
 from dataclasses import replace
 
+import cv2
+import numpy as np
 import pytest
 from dockpose import Dock, Settings
 from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state import changes as choices
-from dockpose.app.state.camera import with_these_as_mine
-from dockpose.app.state.parameters import put
-from dockpose.app.state.view import MeasuredPose, with_sample
+from dockpose.app.state.camera import with_port, with_these_as_mine
+from dockpose.app.state.parameters import put, with_given_number
+from dockpose.app.state.view import MeasuredPose, open_source, with_sample, with_upload
 from dockpose.dock import Entrance
 from dockpose.pose.known import KnownPose
 
+PICTURE = cv2.imencode(".png", np.full((480, 640), 20, np.uint8))[1].tobytes()
 UNEVEN = (0.0, 30.0, 75.0, 120.0, 180.0, 250.5, 300.0)
 
 
 @pytest.mark.parametrize("value", [math.nan, "8", None, True, [8]])
 def test_number_of_lights_that_is_no_number_is_refused(view, value):
     with pytest.raises(UserError, match="must be a number"):
-        choices.with_lights(view, value)
+        put(view, "lights", value)
 
 
 def with_dock(view, **values):
@@ -82,21 +85,21 @@ def test_another_number_of_lights_drops_what_no_longer_fits_and_says_so(view, nu
         ("offsets_m", offsets_m, "3 measured places"),
     ):
         before = with_dock(view, **{name: values}, **kept)
-        after = choices.with_lights(before, number)
+        after = put(before, "lights", number)
         assert after.dock == Dock(0.3, number or None, **kept)
         assert word in choices.dropped_sentence(before.dock, after.dock)
 
 
 def test_entrance_off_the_axis_needs_its_lights(view):
     before = with_dock(view, lights=8, entrance=Entrance(position_m=(0.1, 0.0, 0.0)))
-    assert choices.with_lights(before, 10).dock.entrance == before.dock.entrance
+    assert put(before, "lights", 10).dock.entrance == before.dock.entrance
     with pytest.raises(ValueError, match="an entrance off the dock's axis needs them"):
-        choices.with_lights(before, 0)
+        put(before, "lights", 0)
 
 
 def test_same_number_of_lights_keeps_everything(view):
     before = with_dock(view, angles_deg=UNEVEN)
-    assert choices.with_lights(before, 7) is before
+    assert put(before, "lights", 7).dock is before.dock
     assert choices.dropped_sentence(before.dock, before.dock) == ""
     assert choices.dropped_sentence(Dock(0.3, 8), Dock(0.3, 10)) == ""
 
@@ -111,7 +114,7 @@ def test_even_spacing_written_out_gives_the_same_pose(view):
 
 @pytest.mark.parametrize(("value", "lights"), [(0, None), (-2, None), (1, 3), (8, 8), (8.4, 8), (1000, 60)])
 def test_number_of_lights(view, value, lights):
-    assert choices.with_lights(view, value).dock.lights == lights
+    assert put(view, "lights", value).dock.lights == lights
 
 
 def test_centroid(view):
@@ -213,6 +216,20 @@ def test_each_setting_that_rules_the_next_picture_is_a_chip_and_goes_with_one_pr
     assert "Method otsu  ✕" in labels(choices.with_method(view, "otsu"))
 
 
+def test_numbers_that_are_not_the_file_s_are_a_chip_and_go_back_with_one_press(view):
+    changed = put(put(view, "fx", 812), "diameter_cm", 45)
+    assert labels(changed) == ["Not as given: fx (px): 700 → 812. Diameter (cm): 30 → 45  ✕"]
+    assert with_given_number(changed, "fx (px)").camera == view.camera
+    assert with_given_number(changed, "fx (px)").dock.diameter == 0.45
+    assert with_given_number(changed, "Air gap (mm)") is with_given_number(changed, "x") is changed
+    back = pressed(changed, "Not as given")
+    assert (back.camera, back.dock, labels(back)) == (view.camera, view.dock, [])
+    port = with_port(view, True)
+    assert labels(port) == ["Not as given: port  ✕"]
+    assumed = put(with_upload(open_source(None, None, None), PICTURE, "a.png"), "fx", 700)
+    assert not any("Not as given" in label for label in labels(assumed))  # there was nothing to go back to
+
+
 def test_level_and_masks_stay_chips_on_the_next_picture_and_a_chosen_pose_does_not(view):
     pose = analyse(view).estimate.candidates[1]
     changed = choices.with_pose_by_hand(choices.with_mask(choices.with_method(view, "fixed", 99), 0, 0, 50, 20), pose)
@@ -236,7 +253,7 @@ def test_my_tank_is_offered_where_another_is_in_force(view):
 
 
 def test_number_of_lights_that_fits_is_offered(view):
-    wrong = analyse(replace(view, dock=Dock(0.30, 8)))
+    wrong = analyse(replace(view, dock=Dock(0.30, 8), given_dock=Dock(0.30, 8)))
     assert wrong.fitting_lights == 10
     (label,) = labels(wrong.view, wrong.fitting_lights)
     assert label == "10 lights form a ring; the dock is set to 8. Use 10?"

@@ -13,13 +13,15 @@ import numpy as np
 import pytest
 from dockpose import Camera, Settings
 from dockpose.app.errors import UserError
+from dockpose.app.export.data import settings_yaml
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state import preferences as memory
 from dockpose.app.state import view as state
 from dockpose.app.state.changes import with_method
 from dockpose.app.state.parameters import put
-from dockpose.app.state.preferences import Memory, Remembered, settings_file, with_last_settings, with_settings_file
+from dockpose.app.state.preferences import Memory, Remembered, with_last_settings, with_settings_file
 from dockpose.app.state.tank import Tanks
+from dockpose.app.state.view import MeasuredPose
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.source import SourcePanel
 from dockpose.app.web.server.options import Options
@@ -27,7 +29,9 @@ from dockpose.app.web.server.options import Options
 
 def test_settings_file_is_read_back_and_what_it_leaves_out_stays(view):
     changed = put(put(put(view, "fx", 812.5), "diameter_cm", 45), "level", 99)
-    back = with_settings_file(view, settings_file(changed), "mine.yaml")
+    saved = settings_yaml(analyse(replace(changed, measured=MeasuredPose(z_cm=100)))).encode()
+    back = with_settings_file(view, saved, "mine.yaml")
+    assert back.measured is None  # that was of another picture
     assert (back.camera, back.dock, back.settings) == (changed.camera, changed.dock, changed.settings)
 
     back = with_settings_file(view, b"settings: {method: otsu}", "mine.yaml")
@@ -41,7 +45,12 @@ def test_settings_file_is_read_back_and_what_it_leaves_out_stays(view):
         (b"settings: {methode: otsu}", r"^mine\.yaml: .*methode"),
         (b"settings: {level: 999}", r"^mine\.yaml: .*level"),
         (b"[1, 2]", r"^mine\.yaml: holds no keys"),
-        (settings_file(state.open_source(None, None, None)).replace(b"width_px: 640", b"width_px: 300"), r"300 x 480"),
+        (
+            settings_yaml(analyse(state.open_source(None, None, None)))
+            .replace("width_px: 640", "width_px: 300")
+            .encode(),
+            r"300 x 480",
+        ),
     ],
 )
 def test_wrong_settings_file_is_named(view, data, words):

@@ -5,7 +5,7 @@ from urllib.request import urlopen
 
 import pytest
 from dockpose.app.state.parameters import put
-from dockpose.app.state.scene import with_psf, with_water
+from dockpose.app.state.scene import with_psf
 from dockpose.app.web.app import App
 from dockpose.app.web.notifications import SHOWN_S, Notifications, together
 from dockpose.app.web.server import start as opening
@@ -16,6 +16,7 @@ from dockpose.thresholds import METHODS
 from tests.support.visitors import Visitor
 
 AREA = "Min. area (px)"
+NO_CONTROLS = {f"{name}Message" for name in ("GuiFolder", "GuiForm", "GuiImage", "RegisterCommand")}
 
 
 @pytest.fixture
@@ -70,7 +71,7 @@ def test_unknown_host_is_named():
 def test_of_what_a_browser_wishes_only_what_it_may_is_done(app, caplog):
     with Visitor(app.address) as visitor:
         # What comes for this browser alone would else be queued when it has gone, which is told.
-        files = {look["label"] for panel in app._panels for _, look, *_ in panel._uploads}
+        files = {look["label"] for panel in app.panels for _, look, *_ in panel._uploads}
         assert visitor.until(lambda visitor: AREA in visitor.ids and files <= visitor.buttons.keys())
         for number, level in ((5, '"x"'), (6, "1e999"), (7, "77,"), (8, "90")):
             visitor.set("Done in the picture", f'{{"do":"level","number":{number},"level":{level}}}')
@@ -104,7 +105,7 @@ def test_what_is_set_while_another_act_ends_is_not_lost(app, label, value, seen)
         with app._lock:  # another act has begun
             visitor.set(label, value)
             assert visitor.until(lambda visitor: handle.value == value)
-            app._load(app._view)  # and ends by setting all controls
+            app.load(app._view)  # and ends by setting all controls
         assert visitor.until(lambda visitor: seen(app.view))
         assert visitor.until(lambda visitor: not app.choices._open)
         assert handle.value == value
@@ -147,14 +148,22 @@ def test_a_choice_that_has_just_been_replaced_is_not_put_back(app, area):
 
 def test_what_is_refused_is_not_put_back(app):
     with Visitor(app.address) as visitor:
-        label = "Measured x (cm)"
+        label = "Missing lights"
         assert visitor.until(lambda visitor: label in visitor.ids)
-        visitor.set("Compare with a measured pose", True)
-        assert visitor.until(lambda visitor: app.view.measured is not None)
         visitor.set(label, "4 apples")
         assert visitor.until(lambda visitor: visitor.notices)
         assert visitor.until(lambda visitor: not app.choices._open)
         assert visitor.values[visitor.ids[label]] != "4 apples"
+
+
+def test_there_are_no_more_controls_than_people_can_know(app):
+    with Visitor(app.address) as visitor:
+        uploads = {look["label"] for panel in app.panels for _, look, *_ in panel._uploads}
+        assert visitor.until(lambda visitor: AREA in visitor.ids and uploads <= visitor.buttons.keys())
+        kinds = [*visitor.kinds.values(), *visitor.buttons]
+    controls = [kind for kind in kinds if kind not in NO_CONTROLS]
+    our_own = 2  # hidden boxes, by which our elements talk
+    assert 100 < len(controls) - our_own <= 110
 
 
 def test_notices_in_a_rush_are_one_text():
@@ -176,11 +185,11 @@ def test_a_notice_that_grows_is_shown_as_long_again():
 
 def test_scene_that_cannot_be_rendered_is_told_and_leaves_what_was_shown(app, monkeypatch):
     told = []
-    monkeypatch.setattr(app, "refuse", lambda error, client: told.append(str(error)))
+    monkeypatch.setattr(app, "report", lambda error, client: told.append(str(error)))
     assert app.wait_until_idle(120)
     before = app.view
     far = put(before, "z_cm", 2000)
-    app.change(lambda _: with_psf(with_water(far, "harbour"), "hou"))
+    app.change(lambda _: with_psf(put(far, "turbidity", 1), "hou"))
     assert app.wait_until_idle(120)
     assert "Hou" in told[0]
     assert app.view is before
@@ -191,7 +200,7 @@ def test_error_in_a_panel_is_told_and_the_next_view_is_worked_on(app, monkeypatc
         raise RuntimeError("the panel broke")
 
     assert app.wait_until_idle(120)
-    monkeypatch.setattr(app._panels[-1], "show", fail)
+    monkeypatch.setattr(app.panels[-1], "show", fail)
     app.change(lambda view: put(view, "diameter_cm", 40))
     assert app.wait_until_idle(120)
     assert "the panel broke" in caplog.text

@@ -28,8 +28,8 @@ def gui():
 
 @pytest.fixture
 def live(gui):
-    page, server = LivePage(), SimpleNamespace(gui=gui, flush=lambda: None)
-    page.begin(SimpleNamespace(server=server, change=None))  # type: ignore[arg-type]
+    page = LivePage(SimpleNamespace(gui=gui, flush=lambda: None))  # type: ignore[arg-type]
+    page.begin()
     return page
 
 

@@ -14,11 +14,11 @@ from dockpose.app.experiment import session as session_module
 from dockpose.app.inputs.received import read_sent
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.state.view import MeasuredPose, open_source
-from dockpose.app.web.app import App
+from dockpose.app.web.choices import Choices
+from dockpose.app.web.page import Page
 from dockpose.app.web.panels.experiment import NO_SESSION, ExperimentPanel
 from dockpose.app.web.panels.experiment_rows import BLANK, pages, rows_on_page, session_table, state_html, taken_words
 from dockpose.app.web.server.options import Options
-from dockpose.app.web.widgets import Choices
 from dockpose.camera.files import load_camera
 from dockpose.sidecar import load_dock, sample_path
 
@@ -76,8 +76,9 @@ def started(server, folder):
 
     with ExitStack() as closing:
         app: Any = SimpleNamespace(options=Options(sessions=folder), notify=notify, choices=Choices())
-        app.server, app.change, app.closing = server, None, closing
-        app.attempt, app.refuse = partial(App.attempt, app), partial(App.refuse, app)
+        app.server, app.closing, app.view = server, closing, open_source(None, None, None)
+        app.change = lambda function, client: setattr(app, "view", function(app.view))
+        app.attempt, app.report = partial(Page.attempt, app), partial(Page.report, app)
         made = ExperimentPanel(app)
         yield SimpleNamespace(panel=made, told=told, client=SimpleNamespace(), folder=folder, closing=closing)
 
@@ -141,7 +142,7 @@ def test_what_is_typed_goes_to_the_row_it_was_typed_for(panel):
     page.take(panel.client)
 
     def typed(target, **texts):
-        page.typed(SimpleNamespace(number=1, boxes={"target": target, **texts}))
+        page.typed(SimpleNamespace(number=1, boxes={"target": target, **texts}), panel.client)
 
     page._show_row(1)
     typed("the next frame", measured_z_cm="99")
@@ -156,19 +157,20 @@ def test_what_is_typed_goes_to_the_row_it_was_typed_for(panel):
     assert page._fields.texts["measured_z_cm"] == "99"
 
 
-def test_measured_pose_fills_boxes_once_and_distance_stays(panel):
-    analysis = analyse(open_source(None, None, None))
-    pose = MeasuredPose(0, 0, 120, 1, 2)
-    fields = panel.panel._fields
-    fields.texts = BLANK | {"distance_cm": "99"}
-    known = replace(analysis, view=replace(analysis.view, measured=pose))
-    panel.panel.show(known)
-    assert (fields.texts["measured_z_cm"], fields.texts["distance_cm"]) == ("120", "99")
-    fields.texts = fields.texts | {"measured_z_cm": "121"}
-    panel.panel.show(known)
-    assert fields.texts["measured_z_cm"] == "121"
-    panel.panel.show(analysis)  # unticked
-    assert fields.texts == BLANK | {"measured_z_cm": "121", "distance_cm": "99"}  # what was typed stays
+def test_what_is_typed_for_the_next_frame_is_compared_with_the_pose_found_in_the_picture(panel):
+    page = panel.panel
+
+    def compared(**texts):
+        page._fields.texts = BLANK | texts
+        page._compare(panel.client)
+        return page.app.view.measured
+
+    assert compared(measured_z_cm="120,5", distance_cm="99") == MeasuredPose(z_cm=120.5)
+    assert compared(measured_x_cm="1", measured_theta_y_deg="-2") == MeasuredPose(x_cm=1, theta_y_deg=-2)
+    before = page.app.view
+    assert compared(measured_x_cm="1", measured_theta_y_deg="-2") == before.measured
+    assert page.app.view is before  # which is not worked on again
+    assert compared(distance_cm="99", notes="calm") is compared(measured_z_cm="1.2.3") is None
 
 
 def test_a_session_is_checked_against_the_tape_and_what_it_leads_to_is_saved(panel, tmp_path):

@@ -18,7 +18,6 @@ from dockpose.app.export.data import (
     table,
     to_latex,
 )
-from dockpose.app.state.view import MeasuredPose
 from dockpose.app.web.panels import experiment_rows as log
 
 from tests.support.rows import changed
@@ -39,17 +38,6 @@ def test_boxes_show_what_a_row_has():
     assert [values[name] for name in ("measured_x_cm", "measured_y_cm", "measured_z_cm")] == [1.5, None, 110.25]
     assert values["notes"] == "n"
     assert (values["measured_x_cm"], values["distance_cm"]) == (1.5, 120)
-    pose = log.texts_of_pose(MeasuredPose(1, -2, 110, 0, -5))
-    assert list(pose.values()) == ["1", "-2", "110", "0", "-5", "", ""]
-
-
-def test_boxes_follow_the_pose_that_is_measured_but_never_lose_what_was_typed():
-    typed = log.BLANK | {"measured_z_cm": "110", "notes": "n"}
-    ticked = log.after_change(typed, None, MeasuredPose())  # ticked, and nothing measured yet
-    assert ticked == typed
-    one = log.after_change(ticked, MeasuredPose(), MeasuredPose(x_cm=0))
-    assert (one["measured_x_cm"], one["measured_z_cm"], one["measured_y_cm"]) == ("0", "110", "")
-    assert log.after_change(one, MeasuredPose(x_cm=0), None) == typed
     assert log.values_of(log.BLANK)["measured_z_cm"] is None
 
 

@@ -63,7 +63,7 @@ def panel(analysis, monkeypatch):
     monkeypatch.setattr(guidance, "time", SimpleNamespace(monotonic=lambda: now.s))
     player = SimpleNamespace(frames=SimpleNamespace(is_live=True))
     made = object.__new__(guidance.GuidancePanel)
-    app: Any = SimpleNamespace(sequence=SimpleNamespace(player=player))
+    app: Any = SimpleNamespace(player=player)
     made.analysis, made.app = None, app
     made.show(analysis)
     return SimpleNamespace(panel=made, now=now, player=player)

@@ -39,7 +39,7 @@ def controls(app):
 
 def test_what_the_camera_took_is_shown_and_can_be_changed(app):
     live = controls(app)
-    assert app.sequence.player.frames.wishes.width == 320  # of the tank that is known
+    assert app.player.frames.wishes.width == 320  # of the tank that is known
     until(lambda: "320 x 240 MJPG at 50 frames/s; exposure 120 asked, 117 set" in live._words.content)
     assert [live._boxes[name].value for name in ("exposure", "gain", "rate_hz", "format")] == ["120", "", "", "MJPG"]
     live._boxes["exposure"].value, live._boxes["gain"].value = "50", "3"
@@ -50,7 +50,7 @@ def test_what_the_camera_took_is_shown_and_can_be_changed(app):
 
 def test_a_recording_is_begun_counted_and_finished(app, tmp_path):
     live = controls(app)
-    until(lambda: app.sequence.player.index > 2)
+    until(lambda: app.player.index > 2)
     assert live._record.visible
     assert not live._stop.visible
     live.record()
@@ -88,8 +88,8 @@ def test_a_folder_that_cannot_be_made_is_said_and_the_camera_goes_on(app, tmp_pa
     app.attempt(live.record, None)
     assert len(told) == 1
     assert "cannot be made" in told[0]
-    index = app.sequence.player.index
-    until(lambda: app.sequence.player.index > index + 2)
+    index = app.player.index
+    until(lambda: app.player.index > index + 2)
 
 
 def test_names_of_recordings_are_never_taken_twice(tmp_path):

@@ -4,7 +4,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.changes import with_lights, with_method
+from dockpose.app.state.changes import with_method
+from dockpose.app.state.parameters import put
 from dockpose.app.web.html import result_cells, sigma_cells
 from dockpose.app.web.panels.picture import COLUMNS, place_html, status_html, table_html
 
@@ -64,4 +65,4 @@ def test_outside_text_is_escaped(analysis):
 
 
 def test_reading_without_known_lights_still_has_two_candidates(analysis):
-    assert len(analyse(with_lights(analysis.view, 0)).estimate.candidates) == 2
+    assert len(analyse(put(analysis.view, "lights", 0)).estimate.candidates) == 2

@@ -1,12 +1,11 @@
-"""What panels are built from, with controls that only remember what they are set to."""
+"""Work in the background, with controls that only remember what they are set to."""
 
 import threading
-from contextlib import ExitStack
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from dockpose.app.web.widgets import BackgroundWork
+from dockpose.app.web.work import BackgroundWork
 
 
 class Gui:
@@ -26,9 +25,10 @@ def errors():
 
 @pytest.fixture
 def task(errors):
-    with ExitStack() as closing:
-        app: Any = SimpleNamespace(server=SimpleNamespace(gui=Gui()), fail=errors.append, closing=closing)
-        yield BackgroundWork(app, "Stop.")
+    gui: Any = Gui()
+    made = BackgroundWork(gui, lambda error, client: errors.append(error), lambda *words: None)
+    yield made
+    made.close()
 
 
 def ended(task):

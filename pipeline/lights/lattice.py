@@ -1,21 +1,17 @@
-"""Groups that repeat, in a lattice or along a cable: rings can be laid through them that are exact, and no dock."""
+"""Groups that repeat in a lattice: rings can be laid through them that are exact, and no dock."""
 
 import math
 
 import cv2
 import numpy as np
-from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, CLOSED
+from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS
 from dockpose.lights.growing import TOLERANCE_PX
 from dockpose.lights.polygon import Polygon
 
 _NEIGHBOURS = 8  # of a lattice's point: the nearest of a square one
 _TOLERANCE = 0.05  # of a step, by which perspective and lens change it from one point to the next
-# An arc of a ring is open where so many corners in a row are empty; on a cable the next lamp is so many steps on, and
-# within an eighth of a turn of straight ahead.
-_OPEN, _NEXT, _AHEAD = 3, (0.5, 1.6), math.cos(math.pi / 4)
 _CLOSE = 0.25  # of how far off a light may be: more than its centre's error, mostly
 _MOST_SHIFTED = 16  # lights of a ring, whose third power is looked at: steps between so many show any lattice
-_BY_CHANCE = 0.02  # of all ends of a ring having a lamp beyond
 _LEAST_ANGLE = math.sin(math.radians(20))  # between a lattice's two directions, as steeply as it may be seen
 
 
@@ -77,28 +73,3 @@ def _meets(on_ring: np.ndarray, mapping: np.ndarray, others: np.ndarray, toleran
     met = (off_px[:, None] < within_px).sum(axis=0)
     chance = np.minimum(1.0, len(places) * (within_px / reach) ** 2)
     return bool((bdtrc(met - 1.0, len(others), chance) < ACCEPTED_AMONG_OTHERS / 2).any())
-
-
-def strung(corners: np.ndarray, points_px: np.ndarray, others: np.ndarray, area_px2: float) -> bool:
-    """Whether others (K, 2) go on beyond each end of a ring's open arcs, as lamps on a cable, and strays hardly would.
-
-    The corners are numbers of points (M, 2).
-    """
-    sides, lit = len(corners), corners >= 0
-    if lit.sum() >= CLOSED * sides:
-        return False
-    chance, ends = 1.0, 0
-    for corner in np.flatnonzero(lit):
-        for way in (1, -1):
-            if not lit[(corner - way) % sides] or lit[(corner + way * np.arange(1, _OPEN + 1)) % sides].any():
-                continue
-            end = points_px[corners[corner]]
-            step = end - points_px[corners[(corner - way) % sides]]
-            least, most = (share * np.hypot(*step) for share in _NEXT)
-            away = np.hypot(*(others - end).T)
-            is_ahead = (others - end) @ step > _AHEAD * away * np.hypot(*step)
-            if not (is_ahead & (away > least) & (away < most)).any():
-                return False
-            ends += 1
-            chance *= -math.expm1(-len(others) / area_px2 * math.pi / 4 * (most**2 - least**2))
-    return ends >= 2 and chance < _BY_CHANCE

@@ -14,7 +14,7 @@ from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ell
 from dockpose.lights.exact import candidates_from, exact_rings, is_even, places_of
 from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX, distances
 from dockpose.lights.handmade import handmade_rings
-from dockpose.lights.lattice import goes_on, repeating, strung
+from dockpose.lights.lattice import goes_on, repeating
 from dockpose.lights.markers import Markers
 from dockpose.lights.polygon import FIRST_POINTS, MAX_POINTS, Polygon, without_worst
 from dockpose.lights.whole import TOLERANCE_OF_AXIS, ellipse_through, log_chance_of_all, spaced_as
@@ -151,7 +151,7 @@ def _more_of_size(
         if not others:
             break
         used = used.union(*(one.members for one in others))
-        more += [one for one in others if not _others_on(one, one, scene, _within_px(one, tolerance))[1]]
+        more += [one for one in others if not _is_part_of_more(one, one, scene, _within_px(one, tolerance))]
     return more
 
 
@@ -176,13 +176,16 @@ def _best(found: list[Candidate], scene: Scene) -> tuple[Candidate, int]:
     alike = [surest, *(other for other in others if len(other.members) >= least and other.log_chance < most)]
     # What a flat mirror shows is always farther away than the dock. Where ranges do not tell, the brighter is it.
     places = [_range_radii(one.polygon) for one in alike]
-    nearest = int(np.argmin([range_radii for range_radii, _ in places]))
-    reach, sigma = places[nearest]
-    near = [k for k, (away, error) in enumerate(places) if away - reach <= 3 * math.hypot(sigma, error)]
-    light = [float(np.median(scene.brightness[alike[k].polygon.members])) for k in near]
-    brightest = max(light)
-    best = near[int(np.argmax(light))]
-    return alike[best], sum(one > _AS_BRIGHT * brightest for one in light) - 1
+    reach, sigma = min(places)
+    light = [float(np.median(scene.brightness[one.polygon.members])) for one in alike]
+    # Lamps a little out of their places move ranges, too: then it is open whether the nearer or the brighter is it.
+    built = TOLERANCE_OF_AXIS * math.sqrt(2 / len(surest.members)) * reach
+    within, open_within = (
+        [k for k, (away, error) in enumerate(places) if away - reach <= 3 * math.hypot(sigma, error) + off]
+        for off in (0.0, built)
+    )
+    best = max(within, key=light.__getitem__)
+    return alike[best], sum(light[k] > _AS_BRIGHT * light[best] for k in open_within if k != best)
 
 
 def _is_every_nth(one: Candidate) -> bool:
@@ -219,14 +222,10 @@ def _trouble(
     within = _within_px(best, tolerance)
     if goes_on(best.polygon, unit, scene.points_px, within):
         return f"The groups repeat as in a lattice. {_SEVERAL}"
-    others, are_more = _others_on(best, exact, scene, within)
-    if are_more:
+    if _is_part_of_more(best, exact, scene, within):
         return f"More lights lie on one ring than a part of {best.sides}, so it is not the dock's."
     if _is_every_nth(best):
         return f"{len(best.members)} lights are evenly spaced, and the dock has {best.sides}: another ring."
-    beyond = np.delete(scene.points_px, [*best.members, *others], axis=0)
-    if strung(best.polygon.corners, scene.points_px, beyond, scene.area_px2):
-        return "The groups that come near a ring go on beyond it, as lamps on a cable do."
     for other in found:
         if other is best or other.log_chance > _AS_CONVINCING * best.log_chance:
             continue
@@ -244,8 +243,8 @@ def _within_px(one: Candidate, tolerance: float) -> float:
     return max(tolerance, TOLERANCE_OF_RADIUS * one.polygon.semi_axes_px[1])
 
 
-def _others_on(best: Candidate, exact: Candidate, scene: Scene, within_px: float) -> tuple[np.ndarray, bool]:
-    """Numbers of others on a ring's ellipse that may be its own lights, and whether there are too many for chance."""
+def _is_part_of_more(best: Candidate, exact: Candidate, scene: Scene, within_px: float) -> bool:
+    """Whether more lights lie on a ring's ellipse than the dock has, and than chance would put there."""
     members, points_px = exact.polygon.members, scene.points_px
     # Specks are no lights, and what is near a light is a part of it.
     is_light = scene.brightness > _SPECK * np.median(scene.brightness[members])
@@ -257,19 +256,17 @@ def _others_on(best: Candidate, exact: Candidate, scene: Scene, within_px: float
     try:
         ellipse = fit_ellipse(points_px[members])
     except NoEllipseError:
-        return others[:0], False
+        return False
     is_on = ellipse.distances(points_px[others]) < within_px
     count, on = len(members), int(is_on.sum())
     # No more than the dock has are its own: where some run together, groups stand between their places.
-    if count + on <= best.sides:
-        return others[is_on], False
-    if on < max(_FEWEST_OTHERS, _UNEXPLAINED * count):
-        return others[:0], False
+    if count + on <= best.sides or on < max(_FEWEST_OTHERS, _UNEXPLAINED * count):
+        return False
     from scipy.special import pdtrc  # takes a third of a second to import, which few pictures need
 
     # The band along the ellipse, of the disc in which the others are counted.
     expected = float((~is_on).sum()) * min(1.0, within_px / radius)
-    return others[:0], float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
+    return float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
 
 
 def _is_same(one: Candidate, other: Candidate) -> bool:

@@ -96,25 +96,6 @@ def test_rings_among_strays_do_not_go_on_beyond_themselves(count):
         assert not goes_on(whole, unit, points, 1.5)
 
 
-def on_a_cable(rng, is_open):
-    """Nine lamps spaced as those of a ring of sixteen, and four more at each end of the cable that they hang on."""
-    ring = lights(16, z_m=1.0, angles=rng.uniform(-0.4, 0.4, 2), roll=rng.uniform(0, 1))[:9]
-    if not is_open:
-        return ring
-    ahead, behind = ring[-1] - ring[-2], ring[0] - ring[1]
-    steps = np.arange(1, 5)[:, None]
-    return np.vstack([ring, ring[-1] + steps * ahead, ring[0] + steps * behind])
-
-
-@pytest.mark.parametrize("seed", range(10))
-def test_lamps_on_a_cable_that_goes_on_are_no_ring_and_those_of_half_a_ring_are(seed):
-    points = on_a_cable(np.random.default_rng(seed), is_open=True)
-    ring = ring_of(points, 16)
-    assert not ring.found
-    alone = np.vstack([on_a_cable(np.random.default_rng(seed), is_open=False), [[15, 470], [620, 12], [610, 460]]])
-    assert np.flatnonzero(ring_of(alone, 16).on_ring).tolist() == list(range(9))
-
-
 @pytest.mark.parametrize("beyond", [0, 3, 7])
 def test_lights_off_their_places_in_a_gap_of_a_ring_are_no_cable(beyond):
     ours = lights(60, z_m=0.7)

@@ -40,6 +40,12 @@ class Found:
         complete = count >= max(least, _MOST_OF * (ring.lights or count))
         return complete and rms_px <= max(_EXACT_PX, of_axis * ellipse.semi_axes_px[0])
 
+    @property
+    def names_another_number(self) -> bool:
+        """Whether there is a whole ring of another number of lights than the dock has."""
+        ring = self.stages.get("ring")
+        return self.status != "ok" and ring is not None and not ring.found and ring.lights is not None
+
     def has_no_ring_in(self, markers: Markers) -> bool:
         """Whether no ring was found among lights that are these, to what is known of any centre."""
         own = self.stages.get("markers")

@@ -15,15 +15,13 @@ from dockpose.estimate.stages import Picture, look
 from dockpose.lights.ellipse import MIN_POINTS
 from dockpose.lights.polygon import FIRST_POINTS
 from dockpose.lights.ring import Ring
+from dockpose.lights.whole import TOLERANCE_OF_AXIS
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, MethodError, Threshold, hats_local, histogram_of
 from dockpose.thresholds.outlines import by_outlines
 from dockpose.thresholds.scales import at_scales
 
 _CLEAR = 3  # looks in which rings are sought that hands have built
-# Three quarters of a ring lie nearer to their places, root mean square, only by the right number: of one more or one
-# less they are farther off for any ring of up to 60 lights.
-_ONE_MORE_OF_AXIS = 0.02
 _IN_WHITE = " It shows where the picture is white, in the darkest of its colour channels."
 
 
@@ -45,6 +43,8 @@ def search(
     best = _search_by_light(first, picture, camera, dock, settings)
     white = False
     own = "" if best is first or best.status != "ok" else " No one level shows the ring; each light was given its own."
+    if best.names_another_number:
+        return best.status, best.message, best.stages
     if best.status != "ok" or best.stages["ring"].focal_px is not None:
         second = _search_in_white(picture, camera, dock, settings)
         if second is not None and second.rank() > best.rank():
@@ -93,8 +93,8 @@ def _search_by_light(first: Found, picture: Picture, camera: Camera, dock: Dock,
         if best.is_exact(EXACT_OF_AXIS):
             break
     clear = [] if best.is_exact(EXACT_OF_AXIS) else list(_clear(looks))
-    # A ring of another number shows in any channel.
-    is_asked = bool(clear) and not picture.in_white and not best.is_exact(_ONE_MORE_OF_AXIS)
+    # A ring of another number shows in any channel, and has no light near each of the dock's places.
+    is_asked = bool(clear) and not picture.in_white and not (best.rank()[2] and best.is_exact(TOLERANCE_OF_AXIS))
     other = _of_another_number(clear[0], picture, camera, dock, settings) if is_asked else None
     if other is not None and other.log_chance < best.log_chance:
         return other

@@ -2,6 +2,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Estimate, estimate
+from dockpose.estimate import search
 from dockpose.estimate.found import Found
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.lights.markers import Markers
@@ -62,6 +63,11 @@ def test_another_number_of_lights_is_named_rather_than_taken_for_a_part_of_the_d
     assert found.message.startswith(f"10 evenly spaced lights are in view; the dock has {told}: is that right?")
     assert found.ring is not None
     assert found.ring.lights == 10
+
+
+def test_nothing_fainter_is_sought_where_another_number_is_named(monkeypatch):
+    monkeypatch.setattr(search, "_faint", lambda *_: pytest.fail("a part of the ring may be taken for the dock"))
+    assert drawn(10, 9).ring.lights == 10
 
 
 @pytest.mark.parametrize("lights", [6, 8, 12])

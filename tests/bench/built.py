@@ -97,7 +97,9 @@ def run_number(job: tuple[int, int]) -> tuple[str, str, float, bool]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print a table. Returns 1 where something is missed."""
     parser = argparse.ArgumentParser(prog="python -m tests.bench.built", description=__doc__)
-    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"{', '.join(KINDS)} (default: all)".replace("%", "%%"))
+    parser.add_argument(
+        "kinds", nargs="*", metavar="KIND", help=f"{', '.join(KINDS)} (default: all)".replace("%", "%%")
+    )
     parser.add_argument("--pictures", type=int, default=30, metavar="N", help="of each kind and number of lights")
     parser.add_argument("--processes", type=int, default=2, metavar="N", help="worker processes (default: 2)")
     parser.add_argument("--messages", action="store_true", help="tell what was said of each that is not right")

@@ -70,6 +70,8 @@ def test_without_outputs_a_table_is_printed(tank, capsys):
     assert len({row.index("off by") for row in rows[2:] if "off by" in row}) == 1
     assert "No lights: " in second.splitlines()[2]
     assert "off by" not in second
+    assert main(["compare", "s1.png", *DOCK_OPTIONS, "--rotate", "90"]) == 0
+    assert "right: off by 0." in capsys.readouterr().out.splitlines()[2]  # the truth turns with the picture
 
 
 def test_a_montage_of_each_picture_is_written_and_overwrites_none(tank, capsys):

@@ -128,16 +128,12 @@ def test_annotated_frames_are_numbered_and_overwrite_no_original(here, tmp_path,
         (["http://127.0.0.1:9/x"], 2, "http://127.0.0.1:9/x: which camera? Give --camera C.yaml"),
         (["http://127.0.0.1:9/x", "--camera", "camera.yaml"], 2, "how large is the dock?"),
         (["http://127.0.0.1:9/x", "--camera", "camera.yaml", *KNOWN], 1, "nothing answers there"),
-        (["98", "--camera", "camera.yaml", *KNOWN], 1, "camera 98: no camera has that number"),
-        (["gone.mp4"], 1, "gone.mp4: there is no such file"),
-        (["words.mp4", "--camera", "camera.yaml", *KNOWN], 1, "words.mp4: is not a video"),
         (["camera.yaml"], 1, "camera.yaml"),
         (["film.avi", "scene.yaml", "--annotate", "x.mp4"], 2, "a video is made of one sequence"),
         (["film.avi", "--camera", "wide.yaml"], 1, "calibrated at 640 x 400"),
     ],
 )
 def test_what_cannot_be_read_is_one_sentence(here, refusal, arguments, status, message):
-    (here / "words.mp4").write_text("these are words " * 50)
     save_camera(msgspec.structs.replace(CAMERA, height=400), here / "wide.yaml")
     assert message in refusal("estimate", *arguments, "--json", "-", status=status)
 
@@ -350,11 +346,6 @@ def test_a_vehicles_stream_goes_to_its_autopilot_and_into_a_recording(here, tmp_
         assert kept.count >= 20
 
 
-@pytest.mark.parametrize(
-    ("words", "why"),
-    [
-        (["film.avi", "--mavlink", "udpout:127.0.0.1:9"], "sends what is seen now, but film.avi is a recording"),
-    ],
-)
-def test_a_recording_goes_to_no_autopilot(here, refusal, words, why):
-    assert why in refusal("estimate", *words, "--camera", "camera.yaml", *KNOWN)
+def test_a_recording_goes_to_no_autopilot(here, refusal):
+    told = refusal("estimate", "film.avi", "--mavlink", "udpout:127.0.0.1:9", "--camera", "camera.yaml", *KNOWN)
+    assert "sends what is seen now, but film.avi is a recording" in told

@@ -185,7 +185,6 @@ def test_the_command_line_exports_and_replays(folder, tmp_path, capfd, refusal):
         ["estimate", "tank.png", "--session", str(folder)],
         ["estimate", "--session", str(folder), "--json", "-"],
         ["estimate", "--session", str(tmp_path)],
-        ["export", str(tmp_path / "gone.png"), "--out", str(tmp_path / "a.svg")],
     ):
         assert refusal(*bad)
 

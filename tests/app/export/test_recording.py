@@ -13,7 +13,6 @@ import cv2
 import numpy as np
 import pytest
 from av.error import FFmpegError
-from dockpose.app.errors import UserError
 from dockpose.app.export import recording
 from dockpose.app.export.recording import Recording
 from dockpose.sources import Arrival, Frame, Live, open_frames
@@ -98,18 +97,6 @@ def test_frames_of_another_kind_go_to_a_file_of_their_own(tmp_path):
     assert kept.frames == 7
     assert "tank-2.mkv: the frames are of another kind from here on" in told[0]
     assert "tank.mkv and " in told[1]
-
-
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [("tank.mp4", "must end with .mkv"), ("there.mkv", "is there already"), ("no/tank.mkv", "cannot be written")],
-)
-def test_what_cannot_be_a_recording_is_refused_and_nothing_is_lost(tmp_path, name, words):
-    (tmp_path / "there.mkv").write_bytes(b"of yesterday")
-    with pytest.raises(UserError, match=words):
-        Recording(tmp_path / name, print)
-    assert (tmp_path / "there.mkv").read_bytes() == b"of yesterday"
-    assert [path.name for path in tmp_path.iterdir()] == ["there.mkv"]
 
 
 def test_a_recording_without_frames_leaves_no_file(tmp_path):

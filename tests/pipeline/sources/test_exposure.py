@@ -56,6 +56,10 @@ def test_what_to_do_about_drowned_lights(water, what):
     assert what in hint.sentence
 
 
+def test_lights_twelve_times_above_the_noise_are_good():
+    assert hint_of(spots(50, noise=4.0)).verdict == "good"
+
+
 @pytest.mark.parametrize(
     ("level", "verdict", "words"),
     [

@@ -123,11 +123,6 @@ def test_every_command_has_them_and_tells_how_it_ended(tmp_path, capsys):
     assert told[2] == "INFO dockpose: export ends with status 2"
 
 
-def test_log_that_cannot_be_written_is_told(tmp_path, capsys):
-    assert main(["estimate", "plain", "--log-file", str(tmp_path / "none" / "x.log")]) == 2
-    assert capsys.readouterr().err.startswith("dockpose: --log-file ")
-
-
 def test_a_camera_file_without_a_size_is_for_the_first_picture_or_the_size_that_is_given(tmp_path, capsys):
     cv2.imwrite(str(tmp_path / "a.png"), np.zeros((48, 64), np.uint8))
     path = tmp_path / "c.json"

@@ -50,13 +50,6 @@ def test_the_squares_of_a_chessboard_are_counted(folder, tmp_path, capsys):
         assert told in capsys.readouterr().err
 
 
-def test_the_file_can_be_for_ros(folder, tmp_path):
-    out = tmp_path / "ros.yaml"
-    words = ["calibrate", str(folder), "--board", "10x7", "--square", "0.024", "--out", str(out), "--format", "ros"]
-    assert main([*words, "--lens", "k2"]) == 0
-    assert "distortion_model: plumb_bob" in out.read_text(encoding="utf-8")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "message"),

@@ -4,8 +4,6 @@
 import csv
 import hashlib
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import cv2
@@ -78,12 +76,6 @@ def test_a_line_break_in_a_name_begins_no_line(command, tank, capsys):
     assert not any(line.startswith("b.png") for line in told.splitlines())
 
 
-def test_a_frame_without_a_dock_is_a_result(tank, json_lines):
-    (line,) = json_lines("estimate", "dark.png", "--camera", "camera.yaml", "--dock-diameter", "0.3")
-    assert line["status"] == "no_lights"
-    assert line["candidates"] == []
-
-
 def test_without_outputs_a_sentence_is_printed(tank, capsys):
     assert main(["estimate", "s1.png"]) == 0
     assert "s1.png: 10 lights on the ring; the dock is" in capsys.readouterr().out
@@ -104,16 +96,6 @@ def test_files_are_written_where_asked(tank, capsys):
     drawn = cv2.imread(str(tank / "out/a/s2.png"))
     assert drawn is not None
     assert drawn.shape == (480, 640, 3)
-
-
-def test_annotated_copies_never_overwrite_a_picture_or_each_other(tank):
-    original = (tank / "s1.png").read_bytes()
-    (tank / "b").mkdir()
-    save_scene(random_scene(3), tank / "b", "s1")
-    assert main(["estimate", "s1.png", "b/s1.png", "--annotate", "."]) == 0
-    assert (tank / "s1.png").read_bytes() == original
-    assert (tank / "s1-2.png").exists()
-    assert (tank / "s1-3.png").exists()
 
 
 def test_camera_of_another_size_is_refused_by_name(tank, refusal):
@@ -191,16 +173,6 @@ def test_an_unknown_method_or_option_ends_with_2_and_one_line(tank, capsys, argu
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(f"dockpose estimate: {told}")
     assert line.endswith(" (dockpose estimate --help lists the options)")
-
-
-@pytest.mark.slow
-def test_the_program_runs_as_a_process(tank):
-    command = [sys.executable, "-m", "dockpose.app.cli", "estimate", str(tank / "s1.png"), "--json", "-"]
-    done = subprocess.run(
-        command, capture_output=True, text=True, timeout=60, check=False, cwd=sample_path("plain").parents[1]
-    )
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["status"] == "ok"
 
 
 @pytest.mark.slow

@@ -8,11 +8,9 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import av
-import numpy as np
 import pytest
 from dockpose.app.cli import main
 from dockpose.app.export.bundle import read_lines
-from dockpose.app.export.video import VideoFile
 from dockpose.files import write_whole
 from dockpose.sidecar import sample_source
 
@@ -82,22 +80,6 @@ def test_video_on_a_full_disk_is_whole_or_absent(tmp_path, ending):
     if path.exists():
         with av.open(str(path)) as container:
             assert sum(1 for _ in container.decode(video=0)) > 0
-
-
-@pytest.mark.parametrize("ending", ["avi", "mkv"])
-def test_pictures_before_the_disk_was_full_are_kept(tmp_path, ending):
-    path = tmp_path / f"a.{ending}"
-    noise = np.random.default_rng(0).integers(0, 255, (48, 64), np.uint8)
-    with VideoFile(path, 5.0, is_lossless=True) as video:
-        for _ in range(4):
-            video.write(noise)
-        assert video._file is not None
-        video._file._file.close()
-        video._file._file = open("/dev/full", "wb", buffering=0)  # noqa: SIM115
-        with pytest.raises(ValueError, match=r"the disk is full\); what was written before is kept \(pictures: [34]\)"):
-            video.write(noise)
-    with av.open(str(path)) as container:
-        assert sum(1 for _ in container.decode(video=0)) in (3, 4)
 
 
 def test_simulate_and_bag_on_a_full_disk(tmp_path, video):

@@ -2,7 +2,6 @@
 
 import sys
 
-import msgspec
 import pytest
 from dockpose import Dock, Entrance, Settings
 from dockpose.app.cli import main
@@ -10,7 +9,6 @@ from dockpose.app.commands.ros import NodeLogic, logic_of, make_node
 from dockpose.app.export.recordings.ros import TOPICS
 from dockpose.app.inputs.pictures import save_dock
 from dockpose.simulate import render
-from dockpose.simulate.parts import Text
 
 from tests.support import bags, fake_rclpy
 from tests.support.fake_rclpy import Return
@@ -74,38 +72,6 @@ def test_without_a_camera_it_says_so_and_no_pose_is_made_up(logic, told):
         assert status_of(messages)["level"] == 2
         assert "no camera is known yet: /camera/camera_info is silent" in status_of(messages)["message"]
     assert len(told) == 1
-
-
-def test_a_dark_picture_gives_diagnostics_alone(logic):
-    logic.take_camera_info(INFO)
-    messages = logic.take_image(bags.image(0 * PICTURE + 10, "mono8"), 0.0)
-    assert [topic for topic, _ in messages] == ["/diagnostics"]
-    assert status_of(messages)["message"].startswith("No lights")
-
-
-def test_frames_are_tracked_until_it_is_restarted(logic):
-    logic.take_camera_info(INFO)
-    ages = []
-    for number in range(4):
-        if number == 3:
-            logic.restart()
-        message = bags.image(PICTURE, "mono8", stamp_ns=bags.START_NS + number * bags.PERIOD_NS)
-        values = {each["key"]: each["value"] for each in status_of(logic.take_image(message, 0.0))["values"]}
-        ages.append(values["track_age"])
-    assert ages == ["1", "2", "3", "1"]
-
-
-def test_text_that_stays_put_is_masked(logic, told, monkeypatch):
-    monkeypatch.setattr("dockpose.tracking.search.follow", lambda *frame: "lost")  # which sees nothing but lights
-    logic.take_camera_info(INFO)
-    text = Text(text="REC 7", x_px=20, y_px=430, height_px=20)
-    for number in range(10):
-        scene = random_scene(4, position_m=(0.01 * number, 0.05, 1.0))
-        picture, _ = render(msgspec.structs.replace(scene, texts=(text,)))
-        stamp_ns = bags.START_NS + number * bags.PERIOD_NS
-        logic.take_image(bags.image(picture, "mono8", stamp_ns=stamp_ns), 0.0)
-    (sentence,) = told
-    assert sentence.startswith("/camera/image_raw frame 7: something bright stays put")
 
 
 def test_a_picture_without_a_stamp_has_the_time_at_which_it_came(logic, told):

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 import yaml
-from dockpose import Camera, Settings, estimate
+from dockpose import Camera, estimate
 from dockpose.app.cli import main
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, Session, SessionError, read_session
@@ -169,13 +169,6 @@ def test_takes_from_several_threads_are_all_kept(session):
         thread.join()
     assert [row.number for row in read_session(session.folder).rows] == list(range(1, 21))
     assert sorted(row.source for row in session.rows) == sorted("0123" * 5)
-
-
-def test_what_was_estimated_with_goes_into_the_frame(session):
-    found = estimate(PICTURE, CAMERA, DOCK, Settings(method="otsu", masks=((1, 2, 3, 4),)))
-    line = session.record.line(session.take(PICTURE, found, "a"))
-    assert msgspec.convert(line["settings"], Settings) == found.settings
-    assert msgspec.convert(line["camera"], Camera) == CAMERA
 
 
 def test_a_session_of_an_older_version_is_read_and_goes_on(session):

@@ -131,24 +131,6 @@ def test_a_disk_that_is_full_while_a_session_is_made_leaves_nothing(tmp_path, mo
     Session.create(tmp_path / "second").close()
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such limit")
-def test_the_system_cuts_a_write_short(tmp_path):
-    """A limit on the size of files makes the system itself write a part and refuse the rest."""
-    import resource
-
-    with Session.create(tmp_path / "tank") as session:
-        before = contents(session.folder)
-        soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (3000, hard))
-        try:
-            with pytest.raises(SessionError, match="frame 1 cannot be saved"):
-                session.take(PICTURE, FOUND, "a")
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-        assert contents(session.folder) == before
-        session.take(PICTURE, FOUND, "a")
-
-
 def test_a_read_only_folder_is_said_at_once(tmp_path, monkeypatch):
     Session.create(tmp_path / "tank").close()
     if os.name != "nt" and os.geteuid() != 0:

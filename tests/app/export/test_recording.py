@@ -2,8 +2,6 @@
 
 import contextlib
 import socket
-import subprocess
-import sys
 import threading
 import time
 from fractions import Fraction
@@ -15,13 +13,11 @@ import cv2
 import numpy as np
 import pytest
 from av.error import FFmpegError
-from dockpose.app.errors import UserError
 from dockpose.app.export import recording
 from dockpose.app.export.recording import Recording
-from dockpose.sources import Arrival, Frame, Live, Wishes, open_frames
+from dockpose.sources import Arrival, Frame, Live, open_frames
 from dockpose.sources import capture as streaming
 
-from tests.support.cameras import V4l2Camera, jpeg_of
 from tests.support.clock import until
 from tests.support.streams import MjpegServer
 
@@ -103,18 +99,6 @@ def test_frames_of_another_kind_go_to_a_file_of_their_own(tmp_path):
     assert "tank.mkv and " in told[1]
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [("tank.mp4", "must end with .mkv"), ("there.mkv", "is there already"), ("no/tank.mkv", "cannot be written")],
-)
-def test_what_cannot_be_a_recording_is_refused_and_nothing_is_lost(tmp_path, name, words):
-    (tmp_path / "there.mkv").write_bytes(b"of yesterday")
-    with pytest.raises(UserError, match=words):
-        Recording(tmp_path / name, print)
-    assert (tmp_path / "there.mkv").read_bytes() == b"of yesterday"
-    assert [path.name for path in tmp_path.iterdir()] == ["there.mkv"]
-
-
 def test_a_recording_without_frames_leaves_no_file(tmp_path):
     told = []
     recorded(tmp_path / "tank.mkv", [], told)
@@ -183,34 +167,6 @@ def test_whatever_goes_wrong_with_the_file_only_the_recording_ends(tmp_path, mon
     assert list(tmp_path.iterdir()) == []
 
 
-CRASH = """
-import os, sys, time
-import numpy as np
-from pathlib import Path
-from dockpose.app.export.recording import Recording
-from dockpose.sources import Arrival, Frame
-kept = Recording(Path(sys.argv[1]), print)
-for number in range(1000):
-    image = np.random.default_rng(number).integers(0, 256, (120, 160), np.uint8)
-    kept.take(Arrival(Frame(image, number, number / 50, "camera 0", time_unix_s=1782907200.123456 + number / 50)))
-    print(kept.frames, flush=True)
-    time.sleep(0.01)
-"""
-
-
-@pytest.mark.slow
-def test_a_recording_that_is_killed_has_all_but_the_last_frame(tmp_path):
-    path = tmp_path / "tank.mkv"
-    with subprocess.Popen([sys.executable, "-c", CRASH, str(path)], stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        written = next(count for line in process.stdout if (count := int(line)) >= 40)
-        process.kill()
-    found = read(path)
-    assert len(found) >= written - 1
-    assert [frame.time_s for frame in found] == pytest.approx(np.arange(len(found)) / 50)
-    assert found[9].time_unix_s == pytest.approx(NOON_S + 0.18, abs=1e-6)
-
-
 def test_a_stream_of_jpeg_is_kept_byte_by_byte_with_the_dropped_frames(tmp_path):
     pictures = [cv2.imencode(".jpg", picture(number, (120, 160)))[1].tobytes() for number in range(80)]
     with MjpegServer(pictures, 100) as server:
@@ -224,30 +180,6 @@ def test_a_stream_of_jpeg_is_kept_byte_by_byte_with_the_dropped_frames(tmp_path)
     began_s = arrived[0].time_s
     assert [frame.time_s for frame in again] == pytest.approx([f.time_s - began_s for f in arrived], abs=2e-6)
     assert [frame.time_unix_s for frame in again] == pytest.approx([f.time_unix_s for f in arrived], abs=2e-6)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("format", ["MJPG", "YUYV", "Y16"])
-def test_a_camera_is_kept_with_every_frame_and_its_times(tmp_path, monkeypatch, format):
-    kind = np.uint16 if format == "Y16" else np.uint8
-    pictures = [picture(number, (240, 320), kind) for number in range(60)]
-    make = V4l2Camera.make(pictures, formats=("YUYV", "MJPG", "Y16"), sizes=((320, 240),), rates_hz=(100.0,))
-    monkeypatch.setattr(cv2, "VideoCapture", make)
-    frames = open_frames("0", wishes=Wishes(320, 240, format=format))
-    assert isinstance(frames, Live)
-    arrived, kept = record_live(tmp_path / "tank.mkv", frames, 30)
-    found = read(tmp_path / "tank.mkv")
-    assert len(found) == len(arrived) == kept.frames > 30
-    assert [frame.time_s for frame in found] == pytest.approx([f.time_s for f in arrived], abs=2e-6)
-    assert [frame.time_unix_s for frame in found] == pytest.approx([f.time_unix_s for f in arrived], abs=2e-6)
-    with av.open(str(tmp_path / "tank.mkv")) as container:
-        assert container.streams.video[0].codec_context.name == ("mjpeg" if format == "MJPG" else "ffv1")
-        if format == "MJPG":
-            sent = [bytes(packet) for packet in container.demux(video=0) if packet.size]
-            assert sent == [jpeg_of(one) for one in pictures[: len(sent)]]
-    if format != "MJPG":
-        for frame, original in zip(found, arrived, strict=True):
-            np.testing.assert_array_equal(frame.image, original.image)
 
 
 def shared_by(found, arrived):

@@ -31,37 +31,30 @@ def ahead_by(x_m: float) -> Vehicle:
     return Vehicle(T_body_camera=Mount(position_m=(x_m, 0, 0)))
 
 
-def test_a_vehicle_square_before_the_dock_is_behind_it_and_turned_by_nothing():
-    here = vehicle_in_dock(pose_of(0, 0, 2))
-    np.testing.assert_allclose(here.position_m, [-2, 0, 0], atol=1e-12)
-    assert here.roll_pitch_yaw_rad == pytest.approx((0, 0, 0))
+SIN, COS = math.sin(math.radians(10)), math.cos(math.radians(10))
 
 
-def test_a_dock_to_the_right_and_below_leaves_the_vehicle_left_and_above():
-    np.testing.assert_allclose(vehicle_in_dock(pose_of(0.3, 0.1, 2)).position_m, [-2, -0.3, -0.1], atol=1e-12)
+@pytest.mark.parametrize(
+    ("pose", "vehicle", "position_m", "turned_deg"),
+    [
+        (pose_of(0, 0, 2), AHEAD, [-2, 0, 0], (0, 0, 0)),
+        (pose_of(0.3, 0.1, 2), AHEAD, [-2, -0.3, -0.1], (0, 0, 0)),
+        # Turned right, the dock is seen to the left, its face turned the other way; with the nose up it is seen lower.
+        (pose_of(-2 * SIN, 0, 2 * COS, theta_y_deg=-10), AHEAD, [-2, 0, 0], (0, 0, 10)),
+        (pose_of(0, 2 * SIN, 2 * COS, theta_x_deg=-10), AHEAD, [-2, 0, 0], (0, 10, 0)),
+        (pose_of(0, 0, 2), ahead_by(0.2), [-2.2, 0, 0], (0, 0, 0)),
+    ],
+    ids=["square before it", "dock right and below", "turned right", "nose up", "camera ahead of the vehicle"],
+)
+def test_where_the_vehicle_is_by_hand(pose, vehicle, position_m, turned_deg):
+    here = vehicle_in_dock(pose, vehicle)
+    np.testing.assert_allclose(here.position_m, position_m, atol=1e-12)
+    assert np.degrees(here.roll_pitch_yaw_rad) == pytest.approx(turned_deg)
+
+
+def test_where_the_dock_is_by_hand():
     np.testing.assert_allclose(dock_in_body(pose_of(0.3, 0.1, 2)).position_m, [2, 0.3, 0.1], atol=1e-12)
-
-
-def test_a_vehicle_that_turned_right_by_10_degrees_yaws_so():
-    """The dock is then seen 10 degrees to the left, and its face turned the other way."""
-    angle = math.radians(10)
-    here = vehicle_in_dock(pose_of(-2 * math.sin(angle), 0, 2 * math.cos(angle), theta_y_deg=-10))
-    np.testing.assert_allclose(here.position_m, [-2, 0, 0], atol=1e-12)
-    assert here.roll_pitch_yaw_rad == pytest.approx((0, 0, angle))
-
-
-def test_a_vehicle_whose_nose_is_up_by_10_degrees_pitches_so():
-    """The dock is then seen 10 degrees lower in the picture."""
-    angle = math.radians(10)
-    here = vehicle_in_dock(pose_of(0, 2 * math.sin(angle), 2 * math.cos(angle), theta_x_deg=-10))
-    np.testing.assert_allclose(here.position_m, [-2, 0, 0], atol=1e-12)
-    assert here.roll_pitch_yaw_rad == pytest.approx((0, angle, 0))
-
-
-def test_a_camera_20_cm_ahead_of_the_vehicle_puts_the_vehicle_farther_back():
-    ahead = ahead_by(0.2)
-    np.testing.assert_allclose(vehicle_in_dock(pose_of(0, 0, 2), ahead).position_m, [-2.2, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(dock_in_body(pose_of(0, 0, 2), ahead).position_m, [2.2, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(dock_in_body(pose_of(0, 0, 2), ahead_by(0.2)).position_m, [2.2, 0, 0], atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -244,16 +244,6 @@ def test_first_frame_is_shown_and_no_other_until_it_plays_to_the_end_in_order_an
     assert not player.is_playing
 
 
-def test_slow_screen_loses_no_frame(play, screen):
-    player = play(Numbers(5))
-    screen.may_go.clear()
-    player.play()
-    time.sleep(0.05)
-    screen.may_go.set()
-    until(lambda: screen.ends == 1)
-    assert screen.shown == [0, 1, 2, 3, 4]
-
-
 def test_frames_are_read_ahead_while_it_plays_and_not_while_it_is_at_rest(begun, screen):
     frames, read = Numbers(20), []
     make = frames._frame

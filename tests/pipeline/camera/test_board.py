@@ -62,7 +62,6 @@ def test_a_large_picture_is_searched_small_and_measured_large():
     assert np.sqrt(np.mean(np.square(off))) < 0.3
 
 
-@pytest.mark.slow
 def drawn(columns, rows, seed):
     """A board of so many squares, seen askew."""
     rng, flat = np.random.default_rng(seed), np.full((20 * rows + 40, 20 * columns + 40), 255, np.uint8)

@@ -91,18 +91,6 @@ def test_opencv_reads_what_we_write_for_it(tmp_path):
     assert storage.getNode("image_width").real() == 640
 
 
-def test_reads_what_opencv_writes(tmp_path):
-    path = str(tmp_path / "c.yml")
-    storage = cv2.FileStorage(path, cv2.FileStorage_WRITE)
-    storage.write("calibration_time", "today")
-    storage.write("image_width", 640)
-    storage.write("image_height", 480)
-    storage.write("camera_matrix", CAMERA.matrix)
-    storage.write("distortion_coefficients", np.array(CAMERA.distortion)[:, None])
-    storage.release()
-    assert load_camera(path) == CAMERA
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -1,5 +1,4 @@
 import io
-import os
 import struct
 import tracemalloc
 import zlib
@@ -168,14 +167,6 @@ def test_alpha_is_applied_exactly_in_strips(kind):
     # Rounded to the nearest level, in numbers that hold every product.
     expected = (2 * image[:, :, :3].astype(np.int64) * image[:, :, 3:] + opaque) // (2 * opaque)
     np.testing.assert_array_equal(decode(encoded(image)), expected)
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names here")
-def test_a_pipe_or_a_device_is_no_picture(tmp_path):
-    os.mkfifo(tmp_path / "pipe.png")
-    for path in (tmp_path / "pipe.png", "/dev/zero"):
-        with pytest.raises(ImageError, match="is not a regular file"):
-            read(path)
 
 
 def test_floats_from_0_to_1_and_any_order_of_bytes_are_taken():

@@ -47,11 +47,6 @@ def test_a_sweep_passes_the_dock_from_out_of_view_to_out_of_view():
     assert frames[0].image.max() < 40  # a valid, empty picture
 
 
-def test_times_follow_the_rate():
-    times = [time_s for time_s, _ in scenes(sim.FilmPlan(scene=SCENE, motion=sim.Sweep(frames=4, rate_hz=5.0)))]
-    assert times == pytest.approx([0, 0.2, 0.4, 0.6])
-
-
 def test_currents_carry_a_hovering_vehicle_as_far_as_was_asked():
     # The spread over many seeds; 300 draws know a standard deviation to 4 %, of which three are allowed.
     hover = sim.Hover(frames=1, drift_m=0.05, drift_deg=0.0)

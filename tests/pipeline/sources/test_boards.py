@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from dockpose.camera.calibrate import Gathering
 from dockpose.sources import Frame, Frames
-from dockpose.sources.boards import Looked, gather
+from dockpose.sources.boards import gather
 
 from tests.pipeline.camera.test_calibrate import CHESSBOARD, SQUARE_M, TRUE, picture, pictures
 
@@ -45,13 +45,6 @@ def test_what_is_covered_is_told_when_a_board_was_added():
     frames = Shown([picture(CHESSBOARD, TRUE, seed) for seed in (0, 0, 1)], is_live=True)
     gather(frames, Gathering(CHESSBOARD, distinct=True), lambda looked, covered: told.append(covered))
     assert [covered.pictures if covered else None for covered in told] == [1, None, 2]
-
-
-def test_frames_of_another_size_are_counted_apart():
-    looked, gathering = Looked(), Gathering(CHESSBOARD, distinct=True)
-    looked.see(gathering, picture(CHESSBOARD, TRUE, 0), "one")
-    looked.see(gathering, np.zeros((240, 320), np.uint8), "two")
-    assert looked.left_out == {"it is 320 x 240 pixels, the others are 640 x 480": 1}
 
 
 @pytest.fixture(scope="module")

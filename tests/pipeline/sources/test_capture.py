@@ -52,13 +52,6 @@ def test_a_camera_that_gives_all_that_was_asked_says_so(monkeypatch):
     assert camera.released
 
 
-def test_a_camera_that_rounds_a_control_says_what_it_took(monkeypatch):
-    frames, told, _ = opened(monkeypatch, Wishes(exposure=120))
-    frames.close()
-    assert frames.about == "640 x 480 YUYV at 200 frames/s; exposure 120 asked, 117 set"
-    assert told == []
-
-
 @pytest.mark.parametrize(
     ("wishes", "more", "sentence"),
     [

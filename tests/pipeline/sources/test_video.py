@@ -373,20 +373,17 @@ def eight_frames(path, codec, pix_fmt="yuv420p"):
     return bytearray(path.read_bytes())
 
 
-def read_frames(path, data):
+def taken_of(path, data):
     path.write_bytes(data)
-    told = []
-    with open_frames(str(path), told.append) as frames:
-        found = list(frames)
-        return found, told, frames
+    return taken(path)
 
 
 def test_the_head_of_a_matroska_file_may_give_its_size_in_eight_bytes(tmp_path):
     data = eight_frames(tmp_path / "a.mkv", "ffv1")
     assert data[4] & 0x80
     data[4:5] = bytes([1, *bytes(6), data[4] & 0x7F])  # as GStreamer writes it
-    assert not read_frames(tmp_path / "a.mkv", data)[2].is_cut_short
-    assert read_frames(tmp_path / "a.mkv", data[: len(data) * 2 // 3])[2].is_cut_short
+    assert not taken_of(tmp_path / "a.mkv", data)[2].is_cut_short
+    assert taken_of(tmp_path / "a.mkv", data[: len(data) * 2 // 3])[2].is_cut_short
 
 
 def test_a_header_that_counts_more_frames_than_there_are_is_an_estimate(tmp_path):
@@ -394,7 +391,7 @@ def test_a_header_that_counts_more_frames_than_there_are_is_an_estimate(tmp_path
     for begin in (data.find(b"avih") + 24, data.find(b"strh") + 40):
         assert data[begin : begin + 4] == bytes((8, 0, 0, 0))
         data[begin : begin + 4] = bytes((0x39, 1, 0, 0))
-    found, told, frames = read_frames(tmp_path / "a.avi", data)
+    found, told, frames = taken_of(tmp_path / "a.avi", data)
     assert (len(found), frames.count, frames.skipped, frames.is_cut_short, told) == (8, 8, 0, False, [])
 
 
@@ -403,7 +400,7 @@ def test_frames_before_the_start_of_an_edit_list_are_not_missed(tmp_path):
     begin = data.find(b"elst") + 12  # the duration in thousandths of a second, and the start in 10240ths
     assert int.from_bytes(data[begin : begin + 4], "big") == 800
     data[begin : begin + 8] = (600).to_bytes(4, "big") + (2048).to_bytes(4, "big")
-    found, told, frames = read_frames(tmp_path / "a.mp4", data)
+    found, told, frames = taken_of(tmp_path / "a.mp4", data)
     assert [round((frame.image.mean() - 30) / 20) for frame in found] == [2, 3, 4, 5, 6, 7]
     assert (frames.count, frames.skipped, frames.is_cut_short, told) == (6, 0, False, [])
 
@@ -411,7 +408,7 @@ def test_frames_before_the_start_of_an_edit_list_are_not_missed(tmp_path):
 @pytest.mark.parametrize(("name", "codec", "pix_fmt"), [("a.avi", "mjpeg", "yuvj420p"), ("a.mkv", "ffv1", "yuv420p")])
 def test_a_file_that_is_shorter_than_its_container_says_is_cut_short(tmp_path, name, codec, pix_fmt):
     data = eight_frames(tmp_path / name, codec, pix_fmt)
-    found, told, frames = read_frames(tmp_path / name, data[: len(data) * 2 // 3])
+    found, told, frames = taken_of(tmp_path / name, data[: len(data) * 2 // 3])
     assert 1 < len(found) < 8
     assert frames.is_cut_short
     assert "the video is cut short" in told[0]

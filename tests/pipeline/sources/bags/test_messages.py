@@ -1,7 +1,6 @@
 """Pixels and cameras of messages, each against pictures known by hand or what OpenCV makes of them."""
 
 import av
-import cv2
 import numpy as np
 import pytest
 from dockpose.camera.camera import Camera
@@ -125,15 +124,6 @@ def test_a_camera_without_calibration_is_none_and_an_unknown_lens_refused():
     assert camera_in(bags.camera_info((0.0,) * 9, (640, 480))) is None
     with pytest.raises(ValueError, match="distortion_model is 'ovali'"):
         camera_in(bags.camera_info(K, (640, 480), model="ovali"))
-
-
-def test_opencv_names_the_patterns_of_the_test_alike():
-    names = {"rggb": "RGGB", "bggr": "BGGR", "gbrg": "GBRG", "grbg": "GRBG"}
-    rng = np.random.default_rng(0)
-    mosaic = rng.integers(0, 256, (16, 16), np.uint8)
-    for pattern, name in names.items():
-        expected = cv2.cvtColor(mosaic, getattr(cv2, f"COLOR_Bayer{name}2BGR"))
-        assert np.array_equal(picture_in(bags.image(mosaic, f"bayer_{pattern}8")), expected)
 
 
 def smooth_colours(height=48, width=64):

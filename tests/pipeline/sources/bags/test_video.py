@@ -6,6 +6,7 @@ from dockpose.sources import open_frames
 from dockpose.sources.bags.video import FFMPEG_PACKET, FOXGLOVE, FOXGLOVE_ROS
 
 from tests.support import bags, videos_in_bags
+from tests.support.sources import taken
 
 
 def number_of(frame):
@@ -23,26 +24,17 @@ def test_frames_come_in_order_and_by_number(tmp_path, kind, codec):
         assert found[0].image.shape == (72, 96, 3)
         assert [frame.time_s for frame in found] == pytest.approx(np.arange(40) / 10, abs=1e-9)
         assert found[7].time_unix_s == pytest.approx((bags.START_NS + 7 * bags.PERIOD_NS) / 1e9)
-        assert [number_of(frames.at(index)) for index in (39, 3, 20, 0, 26, 25, 12, 11)] == [
-            39,
-            3,
-            20,
-            0,
-            26,
-            25,
-            12,
-            11,
-        ]
+        for index in (39, 3, 20, 0, 26, 25, 12, 11):
+            assert number_of(frames.at(index)) == index
     assert told == []
 
 
 def test_frames_before_the_first_key_frame_cannot_be_shown_and_are_counted(tmp_path):
     data = videos_in_bags.packets("h264")[5:]
     path = videos_in_bags.write(tmp_path / "a.mcap", FOXGLOVE, "h264", data)
-    told = []
-    with open_frames(path, told.append) as frames:
-        assert [number_of(frame) for frame in frames] == list(range(videos_in_bags.GROUP, 40))
-        assert frames.skipped == videos_in_bags.GROUP - 5
+    found, told, frames = taken(path)
+    assert [number_of(frame) for frame in found] == list(range(videos_in_bags.GROUP, 40))
+    assert frames.skipped == videos_in_bags.GROUP - 5
     assert "no key frame came before it" in told[0]
 
 
@@ -50,15 +42,13 @@ def test_a_damaged_packet_spoils_its_group_at_most(tmp_path):
     data = videos_in_bags.packets("h264")
     data[14] = b"\xff" * 40
     path = videos_in_bags.write(tmp_path / "a.mcap", FFMPEG_PACKET, "h264", data)
-    with open_frames(path, lambda text: None) as frames:
-        found = {frame.index: number_of(frame) for frame in frames}
+    found = {frame.index: number_of(frame) for frame in taken(path)[0]}
     assert {*range(14), *range(24, 40)} <= found.keys()
     assert all(found[index] == index for index in (*range(14), *range(24, 40)))
 
 
 def test_another_coding_is_refused_by_name(tmp_path):
     path = videos_in_bags.write(tmp_path / "a.mcap", FOXGLOVE, "av1", [b"\x12\0"] * 3)
-    told = []
-    with open_frames(path, told.append) as frames:
-        assert list(frames) == []
+    found, told, _ = taken(path)
+    assert found == []
     assert "has video of the format 'av1'; h264 and h265 are read" in told[0]

@@ -82,13 +82,6 @@ def test_each_picture_comes_at_once_whichever_coding_it_has(watched, coding):
     )
 
 
-def test_a_late_start_waits_for_the_next_key(watched):
-    stream, pictures = watched(), sent("H264")
-    for parts in pictures[2:6]:
-        stream.send(parts)
-    assert stream.next() == 5
-
-
 @pytest.mark.parametrize(
     ("coding", "seen"), [("H264", [5, 6, 10, 11]), ("H265", [5, 6, 10, 11]), ("JPEG", [5, 6, 8, 9, 10, 11])]
 )
@@ -99,13 +92,6 @@ def test_a_lost_packet_leaves_out_all_that_needs_it(watched, coding, seen):
         stream.send([*parts[:1], *parts[2:]] if number == 7 else parts)
     assert [stream.next() for _ in seen] == seen
     assert stream.live.skipped == (1 if coding == "JPEG" else 3)
-
-
-def test_packets_in_another_order_are_sorted(watched):
-    stream, pictures = watched(), sent("H264")
-    stream.send(pictures[4])
-    stream.send([pictures[5][0], *reversed(pictures[5][1:]), *reversed(pictures[6])])
-    assert [stream.next(), stream.next()] == [5, 6]
 
 
 def test_a_sender_that_stops_and_comes_back_anew_is_followed_and_said(watched, monkeypatch):

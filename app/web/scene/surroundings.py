@@ -18,7 +18,7 @@ _CORNERS = 48
 _COLOUR = (64, 160, 200)
 Anchor = Literal["top-center", "bottom-center", "center-left", "center-right", "center-center"]
 AXES_TO = 0.15  # of the way to the dock: where the letters of the camera's axes stand
-_CAMERA_AT = np.array([0.0, -0.08, -0.06])  # above and behind the camera, of the way to the dock
+_CAMERA_AT = np.array([0.0, -0.06, -0.045])  # above and behind the camera, of the way to the dock
 _PORT_AT = np.array([0.0, 0.09, -0.03])  # beside and below it
 
 

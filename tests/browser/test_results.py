@@ -63,7 +63,10 @@ def test_methods_are_compared_over_the_whole_page_and_one_is_taken(page):
     assert card(page, "hats").get_attribute("aria-pressed") == "true"
     for words in ("In use", "Right: off by", "Level", "10, 10", "110.0 cm", "6.0°, -12.0°", "100 %", "px", "ms"):
         assert words in card(page, "hats").inner_text(), words
-    assert card(page, "hats").locator("canvas").get_attribute("data-drawn") == "10"
+    assert card(page, "hats").locator("canvas[data-drawn]").get_attribute("data-drawn") == "10"
+    assert card(page, "hats").locator(".lost").inner_text() == "10 lights: all apart; 0 strays"
+    assert cards.first.locator(".verdict").inner_text().startswith("✓ Right")  # the best comes first
+    assert card(page, "hats").locator("canvas.histogram").bounding_box()["height"] >= 30
     assert "✕" in card(page, "li").inner_text()  # at level 13 the water's noise is no ring, and it says so
     assert "No dock" in card(page, "li").inner_text()
     for method in compared():  # all of them in view, and nothing cut off

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from dockpose import Estimate
+from dockpose.app.drawing.numbers import count
 from dockpose.app.state.view import View
 from dockpose.lights.growing import distances
 from dockpose.pose.known import pose_error
@@ -25,8 +26,7 @@ class Losses:
         """Return them as a line."""
         lost = [f"{self.missed} missed"] if self.missed else []
         lost += [f"{self.joined} run together"] if self.joined else []
-        of_lights = f"{self.lights} lights: {', '.join(lost) or 'all apart'}"
-        return f"{of_lights}; {self.strays} stray{'' if self.strays == 1 else 's'}"
+        return f"{count(self.lights, 'light')}: {', '.join(lost) or 'all apart'}; {count(self.strays, 'stray')}"
 
 
 def best_first(found: Mapping[str, Estimate], view: View) -> list[str]:
@@ -42,9 +42,8 @@ def best_first(found: Mapping[str, Estimate], view: View) -> list[str]:
     return sorted(found, key=rank)
 
 
-def losses(found: Mapping[str, Estimate], view: View) -> dict[str, Losses]:
-    """Return what each method lost of the lights that the best one found; nothing where none found a dock."""
-    best = found[best_first(found, view)[0]]
+def losses(found: Mapping[str, Estimate], best: Estimate) -> dict[str, Losses]:
+    """Return what each method lost of the lights that the best one found; nothing where that found no dock."""
     if best.selected is None or best.markers is None or best.ring is None:
         return {}
     lights_px = best.markers.points_px[best.ring.on_ring]
@@ -53,15 +52,15 @@ def losses(found: Mapping[str, Estimate], view: View) -> dict[str, Losses]:
 
 def _lost(found: Estimate, lights_px: np.ndarray) -> Losses:
     """What is lost of lights (N, 2): each belongs to the nearest group that reaches as far as its middle."""
-    count = len(lights_px)
+    lights = len(lights_px)
     if found.markers is None or not len(found.markers):
-        return Losses(count, count, 0, 0)
+        return Losses(lights, lights, 0, 0)
     reach_px = np.maximum(np.sqrt(found.markers.areas_px / np.pi), _LEAST_PX)
     off = distances(lights_px, found.markers.points_px) / reach_px
     group = np.where(off.min(axis=1) <= 1, off.argmin(axis=1), -1)
     shared = np.bincount(group[group >= 0], minlength=len(found.markers))
     return Losses(
-        lights=count,
+        lights=lights,
         missed=int((group < 0).sum()),
         joined=int(shared[shared > 1].sum()),
         strays=int((shared == 0).sum()),

@@ -1,21 +1,22 @@
 """Rings of lights in their places: from three corners of a polygon, or of many lights from the ellipse through them."""
 
+from typing import Literal
+
 import numpy as np
 from dockpose.dock import Dock
 from dockpose.lights.chance import LEAST_CROWD, NUMBERS, Candidate, Scene, accepted
 from dockpose.lights.conics import LEAST_LIGHTS, polygons_on_ellipses
 from dockpose.lights.polygon import FEW_POINTS, FIRST_POINTS, MAX_POINTS, find_polygons, regular, without_worst
 
+# Rings of lights in their places, these alone with many lights, or with none missing, and rings whose lights are off
+# their places.
+Kind = Literal["exact", "of many", "whole", "handmade"]
+
 _STAND_OUT = 0.5  # of the light of a few, that of the next: lamps of one kind differ by as much
 
 
-def exact_rings(
-    scene: Scene, order: np.ndarray, dock: Dock, tolerance: float, *, of_few: bool, whole: bool = False
-) -> list[Candidate]:
-    """Rings of lights in their places among points in order; the surest first.
-
-    Those of few lights only if asked for, and only those of which no light is missing where these are asked for.
-    """
+def exact_rings(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float, kind: Kind) -> list[Candidate]:
+    """Rings of a kind, of lights in their places, among points in order; the surest first."""
     # Of a known number corners are found sooner, of an unknown one the ellipse.
     corners_first = dock.lights in NUMBERS
     found = [] if corners_first else _of_many(scene, order, dock, tolerance)
@@ -25,9 +26,9 @@ def exact_rings(
     stand_out = len(next_light) < FEW_POINTS or next_light[-1] < _STAND_OUT * scene.brightness[order[FEW_POINTS // 2]]
     looks = ((FIRST_POINTS, 0), (FEW_POINTS if stand_out else 0, FEW_POINTS), (MAX_POINTS, FIRST_POINTS))
     for most, of_more in looks:
-        if of_few and not found and most and len(order) > of_more:
+        if kind != "of many" and not found and most and len(order) > of_more:
             chosen = np.sort(order[:most])
-            found = candidates_from(scene, chosen, dock, tolerance, whole=whole)
+            found = candidates_from(scene, chosen, dock, tolerance, whole=kind == "whole")
     if corners_first and not found:
         found = _of_many(scene, order, dock, tolerance)
     return found

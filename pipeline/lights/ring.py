@@ -3,7 +3,6 @@
 import math
 import statistics
 from dataclasses import dataclass
-from typing import Literal
 
 import msgspec
 import numpy as np
@@ -11,7 +10,7 @@ from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.lights.chance import ACCEPTED, LEAST_CROWD, LEAST_PX, MOST_LIGHTS, NUMBERS, Candidate, Scene, accepted
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
-from dockpose.lights.exact import candidates_from, exact_rings, is_even, places_of
+from dockpose.lights.exact import Kind, candidates_from, exact_rings, is_even, places_of
 from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX, distances
 from dockpose.lights.handmade import handmade_rings
 from dockpose.lights.lattice import goes_on, repeating
@@ -35,11 +34,6 @@ _UNEXPLAINED, _FEWEST_OTHERS = 0.35, 3
 _SPECK = 0.05  # of the ring's median light: lamps of one kind are not that unequal, beams and distance included
 _LEAST_EXPECTED = 0.1  # other points on a ring: one may always be
 _SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
-
-
-# Rings of lights in their places, these alone with many lights, or with none missing, and rings whose lights are off
-# their places.
-Kind = Literal["exact", "of many", "whole", "handmade"]
 
 
 @dataclass(frozen=True)
@@ -86,7 +80,7 @@ def find_ring(
         numbers = range(MIN_POINTS, NUMBERS.stop) if dock.lights is None else (dock.lights,)
         found = handmade_rings(scene, order[:FIRST_POINTS], numbers) if scene.even else []
     else:
-        found = exact_rings(scene, order, dock, tolerance, of_few=kind != "of many", whole=kind == "whole")
+        found = exact_rings(scene, order, dock, tolerance, kind)
     nothing = np.zeros(count, dtype=bool)
     if not found:
         if in_lattice.any():

@@ -49,8 +49,9 @@ def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, A
         return np.round((inside - [left - 0.5, top - 0.5]) * scale, 1).tolist()
 
     grey = cropped(to_levels(to_grey(view.image))[0], cv2.INTER_AREA)
-    methods, lost = [], losses(found, view)
-    for name in best_first(found, view):
+    names, methods = best_first(found, view), []
+    lost = losses(found, found[names[0]])
+    for name in names:
         one = found[name]
         kept = cropped(255 * kept_pixels(view.image, one).astype(np.uint8), cv2.INTER_AREA)  # none is lost
         outline = geometry.outline(one)

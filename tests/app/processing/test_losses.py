@@ -26,8 +26,8 @@ def test_lights_that_are_missed_joined_and_strays_are_counted(view, right):
     points = [between, *lights[2:6], [1.0, 1.0]]
     areas = [np.pi * apart**2 / 4 + 20, *[50] * 4, 9]
     other = with_groups(right, points, areas)
-    assert losses({"one": right, "other": other}, view)["other"] == Losses(10, 4, 2, 1)
-    assert losses({"one": right, "other": other}, view)["one"] == Losses(10, 0, 0, 0)
+    assert losses({"one": right, "other": other}, right)["other"] == Losses(10, 4, 2, 1)
+    assert losses({"one": right, "other": other}, right)["one"] == Losses(10, 0, 0, 0)
 
 
 def test_words():
@@ -40,4 +40,4 @@ def test_methods_that_are_right_come_first_and_none_of_no_dock_last(view, right)
     moved = replace(view, truth=None)
     found = {"none": nothing, "right": right}
     assert best_first(found, view) == best_first(found, moved) == ["right", "none"]
-    assert losses({"none": nothing}, view) == {}
+    assert losses({"none": nothing}, nothing) == {}

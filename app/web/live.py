@@ -2,7 +2,6 @@
 
 import functools
 import itertools
-import json
 import operator
 import threading
 from collections import deque
@@ -20,7 +19,7 @@ from dockpose.app.web.server.viser_private import identity
 
 def data_html(name: str, data: Any) -> str:
     """Return data for an element of static/, which reads it by that name."""
-    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
+    text = msgspec.json.encode(data).decode()
     return f'<dockpose-data name="{name}" hidden>{escape(text, quote=False)}</dockpose-data>'
 
 

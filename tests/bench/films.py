@@ -13,6 +13,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from types import ModuleType
 
+import av
 import cv2
 import numpy as np
 from dockpose import Camera, Dock, Settings, open_frames
@@ -78,6 +79,19 @@ def written(data: Path, name: str, folder: Path, frames: int) -> list[str]:
     save_camera(_camera(picture), folder / f"{name}.camera.yaml")
     known = ["--camera", str(folder / f"{name}.camera.yaml"), "--dock-diameter", "0.10", "--lights", str(entry["N"])]
     return [str(folder / f"{name}.mkv"), *known]
+
+
+def as_h264(path: str) -> str:
+    """Write a film again as cameras do, beside it; returns where. Lossless, a frame takes 27 ms to decode, not 3."""
+    written = path.replace(".mkv", ".mp4")
+    with av.open(path) as film, av.open(written, "w") as out:
+        there = film.streams.video[0]
+        stream = out.add_stream("libx264", rate=there.average_rate, options={"crf": "20", "preset": "veryfast"})
+        stream.width, stream.height, stream.pix_fmt = there.width, there.height, "yuv420p"
+        for frame in film.decode(there):
+            out.mux(stream.encode(frame))
+        out.mux(stream.encode(None))
+    return written
 
 
 def _camera(picture: np.ndarray) -> Camera:

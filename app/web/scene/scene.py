@@ -232,7 +232,7 @@ class Scene3D:
             now_s = time.monotonic()
             is_quick, self._pictured_at_s = now_s - self._pictured_at_s < _QUICK_S, now_s
             widest = _QUICK_TEXTURE_WIDTH_PX if is_quick else _TEXTURE_WIDTH_PX
-            texture = _translucent(stretched(to_bgr8(view.image)[:, :, ::-1]), widest)
+            texture = _translucent(stretched(_at_most(to_bgr8(view.image), widest)[:, :, ::-1]))
             self._image = self._server.scene.add_image("/camera/image", texture, width, height)
         self._image.visible = True
         self._image.render_width, self._image.render_height = width, height
@@ -257,16 +257,20 @@ class Scene3D:
 
 def stretched(picture: np.ndarray) -> np.ndarray:
     """The picture (H, W, 3) uint8 with its contrast stretched, so that dim lights are seen in a small one."""
-    low, high = float(np.percentile(picture[::4, ::4], _BLACK_PERCENTILE)), float(picture.max())
+    low, high = float(np.percentile(picture, _BLACK_PERCENTILE)), float(picture.max())
     curve = 255 * np.clip((np.arange(256) - low) / max(high - low, 1.0), 0, 1) ** _GAMMA
     return cv2.LUT(np.ascontiguousarray(picture), curve.astype(np.uint8))
 
 
-def _translucent(picture: np.ndarray, widest_px: int) -> np.ndarray:
-    """The picture, at most ``widest_px`` wide, with an opacity channel."""
+def _at_most(picture: np.ndarray, widest_px: int) -> np.ndarray:
+    """The picture, at most so wide."""
     height, width = picture.shape[:2]
     scale = min(1.0, widest_px / width)
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
-    small = cv2.resize(np.ascontiguousarray(picture), size, interpolation=cv2.INTER_AREA)
-    opacity = np.full((*small.shape[:2], 1), round(255 * _IMAGE_OPACITY), dtype=np.uint8)
-    return np.concatenate([small, opacity], axis=2)
+    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+
+
+def _translucent(picture: np.ndarray) -> np.ndarray:
+    """The picture with an opacity channel."""
+    opacity = np.full((*picture.shape[:2], 1), round(255 * _IMAGE_OPACITY), dtype=np.uint8)
+    return np.concatenate([picture, opacity], axis=2)

@@ -16,9 +16,9 @@ FIRST_POINTS, MAX_POINTS = 40, 150
 # fewer, or the triples to be grown are mostly chance. Uneven lights may be far apart.
 _NEIGHBOURS_OF_FEW, _NEIGHBOURS, _NEIGHBOURS_OF_MANY = 12, 8, 6
 _MOST_BEYOND = 4  # corners by which a triple is judged: two on each side, but all of few points
-_TRIALS = 80  # triples that are grown, the most promising
+_TRIALS = 24  # triples that are grown, the most promising
 # Of the few brightest points any three of a ring are such a triple, ten by five lights alone: a few of the best do.
-_FEWER_OF_BRIGHTEST = 4
+_FEWER_OF_BRIGHTEST = 2
 # Corners between the first and the second, and the second and the third point of a triple: neighbours; every second
 # corner; one missing between them.
 _STEPS = np.array([(1, 1), (2, 2), (1, 2), (2, 1)])

@@ -14,6 +14,7 @@ from dockpose.lights.markers import Markers
 # half a pixel is more than noise does to a centre. Of a dock that is built less exactly another is looked at, too; one
 # that shows it to a hundredth of the radius, half of what docks are built to, will do.
 _EXACT_PX, EXACT_OF_AXIS, _MOST_OF, NO_CHANCE = 0.5, 0.01, 0.75, math.log(1e-6)
+_ALONG_RIM = 0.15  # of the major semi-axis, that hands place lamps off the rim, at the most
 # What is accepted among others, over ten: about so many scales are looked at, each with points of its own. Four lights
 # are hardly ever surer than that.
 LITTLE_CHANCE = math.log(ACCEPTED_AMONG_OTHERS / 10)
@@ -45,6 +46,15 @@ class Found:
         """Whether there is a whole ring of another number of lights than the dock has."""
         ring = self.stages.get("ring")
         return self.status != "ok" and ring is not None and not ring.found and ring.lights is not None
+
+    @property
+    def leaves_lights(self) -> bool:
+        """Whether the ring lacks lights, and groups that are none of them lie along its rim."""
+        ring, ellipse, markers = (self.stages.get(name) for name in ("ring", "ellipse", "markers"))
+        if ellipse is None or not 0 < ring.on_ring.sum() < (ring.lights or 0):
+            return False
+        others = markers.points_px[~ring.on_ring & ~markers.cut]
+        return bool((ellipse.distances(others) < _ALONG_RIM * ellipse.semi_axes_px[0]).any())
 
     def has_no_ring_in(self, markers: Markers) -> bool:
         """Whether no ring was found among lights that are these, to what is known of any centre."""

@@ -98,8 +98,10 @@ def _search_by_light(first: Found, picture: Picture, camera: Camera, dock: Dock,
     other = _of_another_number(clear[0], picture, camera, dock, settings) if is_asked else None
     if other is not None and other.log_chance < best.log_chance:
         return other
-    made = [look(one, picture, camera, dock, settings, "handmade") for one in clear if best.status != "ok"]
-    return max([best, *made], key=Found.rank)
+    # Of a ring that hands have built, few lights happen to be in their places; all of them together are less by chance.
+    begun = clear if best.status != "ok" else _clear([best]) if best.leaves_lights else ()
+    made = [look(one, picture, camera, dock, settings, "handmade") for one in begun]
+    return max([best, *(one for one in made if best.status != "ok" or one.log_chance < best.log_chance)], key=Found.rank)
 
 
 def _of_another_number(

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from dockpose import Camera, Dock, estimate
 from dockpose.lights.chance import Scene
 from dockpose.lights.handmade import handmade_rings
 
@@ -62,3 +63,16 @@ def test_fewer_than_five_points_are_no_ring():
 def test_points_on_a_line_are_no_ring():
     points = np.column_stack([np.arange(8) * 20.0, np.arange(8) * 10.0])
     assert handmade_rings(scene(points), np.arange(8), (8,)) == []
+
+
+def test_of_24_lights_that_hands_placed_nearly_all_are_used_and_not_the_few_that_are_in_their_places():
+    # A fiftieth of the radius each way: about as many lights are off by more than the search for exact rings allows.
+    camera = Camera(fx=FOCAL_PX, fy=FOCAL_PX, cx=319.5, cy=239.5, width=640, height=480)
+    ys, xs = np.mgrid[:480, :640]
+    used = 0
+    for seed in range(12):
+        image = np.full((480, 640), 5.0)
+        for x, y in 1.5 * ring(np.random.default_rng(seed), 24, 0.02, 0.02) + [320, 240]:
+            image += 200 * np.exp(-((xs - x) ** 2 + (ys - y) ** 2) / (2 * 2.0**2))
+        used += estimate(np.clip(image, 0, 255).astype(np.uint8), camera, Dock(diameter=0.3, lights=24)).lights_on_ring
+    assert used >= 0.95 * 12 * 24

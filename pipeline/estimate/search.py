@@ -101,7 +101,8 @@ def _search_by_light(first: Found, picture: Picture, camera: Camera, dock: Dock,
     # Of a ring that hands have built, few lights happen to be in their places; all of them together are less by chance.
     begun = clear if best.status != "ok" else _clear([best]) if best.leaves_lights else ()
     made = [look(one, picture, camera, dock, settings, "handmade") for one in begun]
-    return max([best, *(one for one in made if best.status != "ok" or one.log_chance < best.log_chance)], key=Found.rank)
+    likelier = [one for one in made if best.status != "ok" or one.log_chance < best.log_chance]
+    return max([best, *likelier], key=Found.rank)
 
 
 def _of_another_number(

@@ -16,9 +16,9 @@ FIRST_POINTS, MAX_POINTS = 40, 150
 # fewer, or the triples to be grown are mostly chance. Uneven lights may be far apart.
 _NEIGHBOURS_OF_FEW, _NEIGHBOURS, _NEIGHBOURS_OF_MANY = 12, 8, 6
 _MOST_BEYOND = 4  # corners by which a triple is judged: two on each side, but all of few points
-_TRIALS = 24  # triples that are grown, the most promising
+_TRIALS, _TRIALS_OF_MANY = 80, 24  # triples that are grown, the most promising; of many points the rest are chance
 # Of the few brightest points any three of a ring are such a triple, ten by five lights alone: a few of the best do.
-_FEWER_OF_BRIGHTEST = 2
+_FEWER_OF_BRIGHTEST = 4
 # Corners between the first and the second, and the second and the third point of a triple: neighbours; every second
 # corner; one missing between them.
 _STEPS = np.array([(1, 1), (2, 2), (1, 2), (2, 1)])
@@ -92,10 +92,11 @@ def _of_alike(
 ) -> list[Polygon]:
     """Polygons of numbers whose triples compete, by neighbours, then by other steps where one is not whole."""
     found: list[Polygon] = []
-    trials = _TRIALS if even else 2 * _TRIALS
+    count = len(soughts[0].points)
+    trials = (_TRIALS if count <= FIRST_POINTS else _TRIALS_OF_MANY) * (1 if even else 2)
     is_few = len(first) <= FEW_POINTS
-    if is_few and len(soughts[0].points) > FEW_POINTS:
-        trials //= _FEWER_OF_BRIGHTEST
+    if is_few and count > FEW_POINTS:
+        trials = min(trials, _TRIALS // _FEWER_OF_BRIGHTEST)
     for is_first in (True,) if neighbours_only else (True, False):
         best, kept = np.full(trials, -1.0), np.full((trials, 7), -1)
         whole = {len(one.corners) for one in found if len(one.members) >= 0.8 * len(one.corners)}

@@ -178,7 +178,10 @@ def _best(found: list[Candidate], scene: Scene) -> tuple[Candidate, int]:
         [k for k, (away, error) in enumerate(places) if away - reach <= 3 * math.hypot(sigma, error) + off]
         for off in (0.0, built)
     )
-    best = max(within, key=light.__getitem__)
+    best, brightest = (max(those, key=light.__getitem__) for those in (within, open_within))
+    # Of four lights brighter lamps make other rings by chance.
+    if light[best] < _AS_BRIGHT * light[brightest] and len(surest.members) >= LEAST_CROWD:
+        best = brightest
     return alike[best], sum(light[k] > _AS_BRIGHT * light[best] for k in open_within if k != best)
 
 

@@ -127,6 +127,7 @@ KINDS = {
     "faint-haze": Kind(partial(scenes.hazy, above=(2, 3)), right=0.9),
     "faint-dark": Kind(partial(scenes.dark_haze, above=(2, 3.5)), right=0.9),
     "faint-none": Kind(scenes.noise_alone, right=0.0, most_wrong=0.0, pictures=60),
+    "copy": Kind(scenes.beside_a_copy, right=0.95, most_wrong=0.01, pictures=100),
     "contrast": Kind(scenes.dark_enough_to_stretch, look=look_at_both),
     "halos": Kind(scenes.in_glare, within=0.01, right=0.8, most_wrong=0.0),
     "builder-spaced": Kind(scenes.spaced_by_eye, asked_will_do=True),

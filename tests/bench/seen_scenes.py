@@ -208,6 +208,25 @@ def noise_alone(rng: np.random.Generator) -> Shown:
     return Shown(np.clip(np.rint(levels), 0, 255).astype(np.uint8), camera, Dock(DIAMETER_M, count(rng)))
 
 
+def beside_a_copy(rng: np.random.Generator) -> Shown:
+    """A dock, and a ring as far away to .3 % and .2 to .7 times as bright, as a wall of glass shows it."""
+    points_m = circle(even(count(rng)))
+    while True:
+        lamps = dock_drawn(rng, points_m, Dock(DIAMETER_M, len(points_m)), share=(0.1, 0.2))
+        camera = lamps.camera
+        assert lamps.position_m is not None
+        assert lamps.normal is not None
+        ray = np.linalg.solve(camera.matrix, [*(rng.uniform(0.1, 0.9, 2) * [camera.width, camera.height]), 1.0])
+        away_m = np.linalg.norm(lamps.position_m) * rng.uniform(0.997, 1.003)
+        place_m = away_m * ray / np.linalg.norm(ray)
+        copy_px = on_picture(camera, seen_from(points_m, place_m, lamps.normal, rng.uniform(0, 2 * np.pi)))
+        middles_px = copy_px.mean(axis=0), lamps.points_px.mean(axis=0)
+        is_apart = np.linalg.norm(middles_px[0] - middles_px[1]) > 1.25 * np.ptp(lamps.points_px, axis=0).max()
+        if is_apart and is_inside(camera, copy_px, 10):
+            lamps.add(copy_px, lamps.radii_px.copy(), rng.uniform(0.2, 0.7) * lamps.share)
+            return drawn(rng, lamps, background=5.0)
+
+
 def ramp(rng: np.random.Generator, camera: Camera, low: float, rise: float) -> np.ndarray:
     """Grey levels (H, W) that rise in a random direction."""
     y, x = np.mgrid[0 : camera.height, 0 : camera.width]

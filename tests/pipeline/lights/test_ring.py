@@ -67,6 +67,14 @@ def test_of_a_ring_and_its_dimmer_mirror_image_the_ring_is_kept():
     assert ring_of(points, peaks=peaks).on_ring.tolist() == [False] * 10 + [True] * 10
 
 
+@pytest.mark.parametrize(("farther", "is_kept"), [(1.002, True), (1.05, False)])
+def test_of_two_rings_as_far_away_as_builders_tell_the_brighter_is_the_dock(farther, is_kept):
+    # Lamps 2 % of the radius off their places move the range of ten lights by .9 %.
+    bright, dim = lights(z_m=1.5 * farther, centre=(-0.25, 0.0)), lights(z_m=1.5, centre=(0.25, 0.0))
+    ring = ring_of(np.vstack([bright, dim]), peaks=np.array([220] * 10 + [90] * 10))
+    assert ring.on_ring.tolist() == [is_kept] * 10 + [not is_kept] * 10
+
+
 @pytest.mark.parametrize("count", [5, 8, 12])
 def test_of_many_images_of_a_dock_the_dock_is_found_though_each_image_is_brighter(count):
     # Further away than the dock, as in two mirrors that face each other; together more than are looked at first.

@@ -122,6 +122,10 @@ function sizePane(name, share) {
 
 function addBar(name) {
   const { words, least, most, of, keys } = BARS[name];
+  const share = () => {
+    const { left, top, width, height } = bar.getBoundingClientRect();
+    return of(left + width / 2, top + height / 2);
+  };
   const bar = document.createElement("div");
   bar.id = `bar-${name}`;
   [bar.role, bar.tabIndex, bar.ariaLabel, bar.ariaOrientation] = ["separator", 0, words, name === "right" ? "vertical" : "horizontal"];
@@ -132,16 +136,17 @@ function addBar(name) {
   });
   bar.addEventListener("dblclick", () => togglePane(name));
   bar.addEventListener("keydown", (event) => {
-    const { left, top, width, height } = bar.getBoundingClientRect();
-    const now = of(left + width / 2, top + height / 2);
-    const share = { [keys[0]]: now + STEP, [keys[1]]: now - STEP, Home: least, End: most }[event.key];
-    if (share !== undefined) sizePane(name, share);
+    const asked = { [keys[0]]: share() + STEP, [keys[1]]: share() - STEP, Home: least, End: most }[event.key];
+    if (asked !== undefined) sizePane(name, asked);
     else if (event.key === "Enter") togglePane(name);
     else return;
     event.preventDefault();
     event.stopPropagation();
   });
   document.body.append(bar);
+  const tell = () => (bar.ariaValueNow = Math.round(100 * share()));
+  for (const kind of ["focus", "keydown", "pointermove"]) bar.addEventListener(kind, tell);
+  tell();
 }
 layPanes();
 document.addEventListener("DOMContentLoaded", () => Object.keys(BARS).forEach(addBar));
@@ -172,7 +177,8 @@ new MutationObserver(() => {
   redrawn.observe(picture, { attributeFilter: ["data-drawn"] });
 }).observe(document, { childList: true, subtree: true });
 
-// viser's groups of controls open and close by a click on their name: here by the keys as well.
+// viser's groups of controls open and close by a click on their name: here by the keys as well. Screen readers are told
+// the names of its sliders and boxes.
 const WORKED_BY_KEYS_MS = 200;
 let isLooking = false;
 
@@ -182,6 +188,7 @@ function makeGroupsReachable() {
     [name.tabIndex, name.role] = [0, "button"];
     name.setAttribute("aria-expanded", String(viserPage.isUnfolded(name)));
   }
+  for (const one of viserPage.unnamed()) one.ariaLabel = viserPage.labelOf(one);
 }
 new MutationObserver(() => {
   if (!isLooking) setTimeout(makeGroupsReachable, WORKED_BY_KEYS_MS);

@@ -6,6 +6,7 @@ if (location.search.includes("token=")) {
   history.replaceState(null, "", location.pathname + (document.documentElement.dataset.role === "view" ? "?view" : ""));
 }
 
+const pause = () => new Promise((next) => setTimeout(next, 50));
 // The upload button for a file, where a first one was chosen the same as that; what is in a closed tab is not on the page
 // at all, so its tab is opened first.
 async function buttonFor(file, chosen) {
@@ -15,7 +16,7 @@ async function buttonFor(file, chosen) {
     const input = isForBoards ? viserPage.inputLike(chosen) : viserPage.uploadInput(isVideo);
     if (input !== null) return input;
     if (waited === 0) viserPage.openTab(viserPage.tabOf(isForBoards ? "Tank" : "Source"));
-    await new Promise((next) => setTimeout(next, 50));
+    await pause();
   }
   return null;
 }
@@ -30,14 +31,8 @@ async function sendAll(files, chosen = null) {
     input.files = one.files;
     input.dataset.single = "yes";
     input.dispatchEvent(new Event("change", { bubbles: true }));
-    await ready(input);
-  }
-}
-
-async function ready(input) {
-  for (let waited = 0; waited < 1200; waited += 1) {
-    await new Promise((next) => setTimeout(next, 50));
-    if (!viserPage.isUploading(input)) return;
+    await pause();
+    for (let waited = 0; viserPage.isUploading(input) && waited < 1200; waited += 1) await pause();
   }
 }
 
@@ -76,11 +71,8 @@ document.addEventListener("click", (event) => {
 // but what a number is written with, so that a key pressed for a command never falls into one.
 const MEASURED = /^([xyz]|θ[xy]|Distance) \((cm|°)\)$/;
 
-function isMeasured(input) {
-  return input.matches?.("input[type=text], input:not([type])") && MEASURED.test(viserPage.labelOf(input));
-}
-
 document.addEventListener("beforeinput", (event) => {
   const text = event.data ?? event.dataTransfer?.getData("text/plain") ?? "";
-  if (/[^\d.,+\-−\s]/.test(text) && isMeasured(event.target)) event.preventDefault();
+  const isText = event.target.matches?.("input[type=text], input:not([type])");
+  if (isText && /[^\d.,+\-−\s]/.test(text) && MEASURED.test(viserPage.labelOf(event.target))) event.preventDefault();
 }, true);

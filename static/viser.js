@@ -56,12 +56,13 @@ const viserPage = {
   inputLike: (input) => document.querySelector(`input[type=file][accept="${CSS.escape(input.accept)}"]`),
   isUploading: (input) => document.getElementById(input.id.replace("file_upload_", ""))?.disabled ?? false,
 
-  // Text boxes: the words beside one, the one of an id, and how to type into it.
+  // Text boxes: the words beside one, those that these do not name for who hears them, the one of an id, and typing into it.
   labelOf(input) {
     let row = input.parentElement;
     while (row !== null && row.querySelector("label") === null) row = row.parentElement;
     return row?.querySelector("label").textContent.trim() ?? "";
   },
+  unnamed: () => document.querySelectorAll("[role=slider][aria-label=''], .mantine-Input-input:not([aria-label])"),
   boxOf: (id) => document.querySelector(`label[for="${id}"]`)?.closest(".mantine-Flex-root")?.querySelector("input, textarea"),
   type(box, text) {
     const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set; // React keeps its own

@@ -4,6 +4,7 @@ from dockpose.app.web.server.options import Options
 from dockpose.sidecar import sample_path
 
 from tests.browser.conftest import visit
+from tests.browser.test_layout import WHOLE
 
 pytestmark = pytest.mark.browser
 
@@ -128,6 +129,39 @@ def test_two_browsers_show_the_same_and_one_may_leave(page, second):
     page.until(lambda: len(page.app._uploads._clients) == 1)
     page.box("fx (px)").fill("760")
     page.until(lambda: page.app.view.camera.fx == 760)
+
+
+SLIDERS = ("fx (px)", "fy (px)", "cx (px)", "cy (px)", "Diameter (cm)", "Number of lights", "k1", "Level (0-255)")
+
+
+@pytest.mark.parametrize("label", SLIDERS)
+def test_while_a_slider_is_drawn_its_value_stands_whole_at_its_handle(page, label):
+    handle, value = page.slider(label), page.slider(label).locator(".mantine-Slider-label")
+
+    def is_told():
+        """Centred above the handle, as its box has it, in letters that are read."""
+        value.wait_for()
+        page.until(lambda: value.inner_text() == page.box(label).input_value())
+        place, below = value.bounding_box(), handle.bounding_box()
+        assert place["x"] + place["width"] / 2 == pytest.approx(below["x"] + below["width"] / 2, abs=1.5)
+        assert place["y"] + place["height"] == pytest.approx(below["y"], abs=4)
+        assert value.evaluate("one => parseFloat(getComputedStyle(one).fontSize)") >= 12
+        return value.evaluate(WHOLE)
+
+    handle.scroll_into_view_if_needed()
+    handle.hover()
+    page.page.mouse.down()
+    before = page.box(label).input_value()
+    thumb = handle.bounding_box()
+    page.page.mouse.move(thumb["x"] + 25, thumb["y"] + 5, steps=3)
+    page.until(lambda: page.box(label).input_value() != before)
+    assert is_told()
+    page.page.mouse.up()
+    page.page.mouse.move(10, 400)
+    blur(page)
+    value.wait_for(state="detached")
+    handle.press("ArrowLeft")
+    assert is_told()
 
 
 def test_reload_in_mid_drag(page):

@@ -110,6 +110,17 @@ def test_there_are_six_tabs_and_never_more_controls_in_sight_than_can_be_taken_i
         assert 20 < page.page.evaluate(IN_SIGHT) <= 40, name
 
 
+@pytest.mark.parametrize("name", ["phone", "tablet", "small"])
+def test_all_that_is_touched_is_40_pixels_large(page, browser, name):
+    wide, high = SIZES[name]
+    with visit(browser, page.app, viewport={"width": wide, "height": high}, has_touch=True, is_mobile=True) as other:
+        other.page.goto(f"{page.app.address}&fixedDpr=0.1")
+        other.page.locator("#candidates tbody tr").first.wait_for()
+        for part in PARTS:
+            open_part(other, part)
+            assert other.page.evaluate(MEASURE, LEAST | {"leastTargetPx": 40}) == [], part
+
+
 @pytest.mark.parametrize("size", SIZES.values(), ids=SIZES)
 def test_no_scroll_bar_lies_over_the_words_of_a_tab(page, resized, size):
     resized(size)
@@ -203,8 +214,9 @@ def test_large_screens_show_all_parts_beside_each_other(page, resized, name):
 
 
 @pytest.mark.parametrize("name", ["phone", "tablet", "small", "laptop at 200 %"])
-def test_small_screens_show_one_part_at_a_time(page, resized, name):
+def test_small_screens_show_one_part_at_a_time_and_tablets_the_3d_view_beneath_the_picture(page, resized, name):
     resized(SIZES[name])
+    with_picture = {"picture", "view3d"} if name in ("tablet", "small") else {"picture"}
     seen = {"picture": STAGE, "view3d": CANVAS, "tools": f"{RIGHT} [role=tab]"}
     for part, key in PARTS.items():
         open_part(page, part)
@@ -212,12 +224,16 @@ def test_small_screens_show_one_part_at_a_time(page, resized, name):
         for other, selector in seen.items():
             there = box(page, selector)
             is_seen = there["right"] > 0 and page.page.locator(selector).first.is_visible()
-            assert is_seen == (other == key), (part, other)
+            assert is_seen == (other in (with_picture if key == "picture" else {key})), (part, other)
         assert page.page.locator("#strip").is_visible()
-        assert page.page.get_by_role("button", name="Fit", exact=True).last.is_visible() == (key == "view3d")
+        is_in_3d = key == "view3d" or (key == "picture" and "view3d" in with_picture)
+        assert page.page.get_by_role("button", name="Fit", exact=True).last.is_visible() == is_in_3d
     open_part(page, "3D")
     assert box(page, CANVAS)["width"] == SIZES[name][0]
     open_part(page, "Picture")
+    if "view3d" in with_picture:
+        assert box(page, LEFT)["bottom"] <= box(page, CANVAS)["top"] < box(page, CANVAS)["bottom"] == SIZES[name][1]
+        assert box(page, CANVAS)["height"] >= 0.24 * SIZES[name][1]
     assert box(page, STAGE)["width"] > 0.8 * SIZES[name][0] - 20
 
 

@@ -37,8 +37,6 @@ _SAME_RATE = 0.02  # 29.97 is as good as 30
 class Capture(abc.ABC):
     """A live source that is open; what it says of itself is that of the frame which was grabbed last."""
 
-    has_our_clock = False  # whether ``time_s`` is by time.monotonic()
-
     def __init__(self, *, grey: bool = False) -> None:
         self._grey = grey
         self._frame: av.VideoFrame | None = None

@@ -133,7 +133,7 @@ class Live(Frames):
 
     def _keep(self, image: np.ndarray, arrived_s: float, capture: Capture) -> None:
         stamp_s = capture.time_s
-        if stamp_s is not None and (capture.has_our_clock or 0 <= arrived_s - stamp_s < _MOST_DELAY_S):
+        if stamp_s is not None and 0 <= arrived_s - stamp_s < _MOST_DELAY_S:
             arrived_s = stamp_s  # by our own clock, as Video4Linux gives it: when the frame was there, not when we were
         if self._came == 0 or self._began_s == 0.0:
             self._began_s = arrived_s

@@ -18,7 +18,7 @@ from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 from dockpose.sources.kinds import NO_WISHES, Kind, Wishes, camera_number, is_rtp, kind_of
 from dockpose.sources.live import Live
 from dockpose.sources.pictures import Pages, Pictures, list_pictures
-from dockpose.sources.rtp import RtpCapture
+from dockpose.sources.rtp.capture import RtpCapture
 from dockpose.sources.video import Video
 from dockpose.text import shown
 

@@ -9,7 +9,7 @@ from av.codec.context import Flags
 from av.error import FFmpegError
 from dockpose.sources.capture import Capture
 from dockpose.sources.ffmpeg import opened
-from dockpose.sources.frames import Tell
+from dockpose.sources.frames import Callback
 from dockpose.sources.rtp.description import described
 from dockpose.sources.rtp.packets import Ordered, Receiver
 from dockpose.sources.rtp.pictures import Assembly, Picture, coding_of
@@ -21,7 +21,7 @@ _TELL_EVERY_S = 10.0
 class RtpCapture(Capture):
     """Waits at a UDP port; a picture's time is that of its arrival."""
 
-    def __init__(self, address: str, tell: Tell, *, grey: bool = False) -> None:
+    def __init__(self, address: str, tell: Callback, *, grey: bool = False) -> None:
         super().__init__(grey=grey)
         self._address, self._tell = address, tell
         self._described = described(address)

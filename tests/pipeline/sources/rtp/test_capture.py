@@ -83,6 +83,13 @@ def test_a_lost_packet_leaves_out_all_that_needs_it(watched, coding):
     assert stream.live.skipped == 3
 
 
+def test_what_cannot_be_decoded_is_left_out_with_all_that_needs_it(watched):
+    stream = watched()
+    for number, parts in enumerate(sent("H264")[4:], 4):
+        stream.send([data[:14] + bytes(len(data) - 14) for data in parts] if number == 7 else parts)
+    assert [stream.next() for _ in range(4)] == [5, 6, 10, 11]
+
+
 def test_a_sender_that_stops_and_comes_back_anew_is_followed_and_said(watched, monkeypatch):
     monkeypatch.setattr("dockpose.sources.rtp.capture._SILENT_S", 0.3)
     stream, pictures = watched(), sent("H264")

@@ -16,12 +16,12 @@ from dockpose.app.commands.console import say
 from dockpose.app.errors import UserError, blaming, writing
 from dockpose.app.experiment.record import files_of_session, is_session
 from dockpose.app.inputs.protected import Claims, Protected, files_below, files_of, is_on_disk, places
-from dockpose.app.inputs.sequences import is_sequence, wishes_from
+from dockpose.app.inputs.sequences import capture_from, is_sequence
 from dockpose.app.resources import read_toml
 from dockpose.camera.files import NoSizeError, load_camera, split_name
 from dockpose.lights.masks import Mask, check_masks
 from dockpose.sidecar import load_dock, sample_source
-from dockpose.sources import Kind, Wishes, kind_of
+from dockpose.sources import CaptureSettings, Kind, kind_of
 from dockpose.text import printable
 
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
@@ -188,16 +188,16 @@ def turned(arguments: argparse.Namespace) -> dict[str, int]:
     return {"rotate_deg": arguments.rotate} if arguments.rotate else {}
 
 
-def wishes_of(arguments: argparse.Namespace, sources: Sequence[str]) -> Wishes:
+def capture_of(arguments: argparse.Namespace, sources: Sequence[str]) -> CaptureSettings:
     """What a camera is asked for. Raises UserError for what no camera can give, and where no source is a camera."""
     names = {"exposure": "--exposure", "gain": "--gain", "rate_hz": "--fps", "format": "--format"}
     given = {name: getattr(arguments, option.lstrip("-")) for name, option in names.items()}
-    wishes = wishes_from(given, names)
+    capture = capture_from(given, names)
     named = [names[one] for one, value in given.items() if value is not None]
     if named and not any(kind_of(source) is Kind.CAMERA for source in sources):
         what = f"{sources[0]} is not a camera" if sources else "no source is given"
         raise UserError(f"{named[0]} is for a camera, as 0 or /dev/video0; {what}")
-    return wishes
+    return capture
 
 
 def check_recording(path: Path, sources: Sequence[str]) -> None:

@@ -10,10 +10,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -39,14 +38,12 @@ _NEEDED_DECODERS = {"png", "jpg", "ffv1", "mjpeg", "h264"}
 _MOST_ERROR_M, _MOST_ERROR_DEG = 0.005, 0.5
 
 
-@dataclass(frozen=True)
-class Finding:
-    """What a check found, as a line of text and for JSON."""
+class Finding(NamedTuple):
+    """What a check found."""
 
-    name: str
+    check: str
     state: str
     text: str
-    more: dict[str, Any] = field(default_factory=dict)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -57,9 +54,9 @@ def run(arguments: argparse.Namespace) -> int:
         for finding in findings():
             broken += finding.state == BROKEN
             if lines is not None:
-                write_line(lines, {"check": finding.name, "state": finding.state, "text": finding.text} | finding.more)
+                write_line(lines, finding._asdict())
             else:
-                put(f"{finding.state:7} {finding.name:20} {finding.text}")
+                put(f"{finding.state:7} {finding.check:20} {finding.text}")
         if lines is None:
             put("nothing is broken" if not broken else f"{broken} broken, see above")
     return EXIT_BROKEN if broken else EXIT_ALL_READ
@@ -69,17 +66,15 @@ def findings() -> Iterator[Finding]:
     """Yield what each check finds; one that fails itself is broken."""
     for name, check in CHECKS.items():
         try:
-            yield from (replace(finding, text=_public(finding.text)) for finding in check())
+            yield from (finding._replace(text=_public(finding.text)) for finding in check())
         except Exception as error:  # whatever is wrong here is what people want to read
             yield Finding(name, BROKEN, _public(f"{type(error).__name__}: {error}"))
 
 
 def _public(text: str) -> str:
     """One line of a text, with the home folder as ~, since its path tells a name."""
-    with contextlib.suppress(RuntimeError):
-        home = str(Path.home())
-        text = text if home in ("", "/") else text.replace(home, "~")
-    return one_line(text)
+    home = os.path.expanduser("~")
+    return one_line(text if home in ("", "/", "~") else text.replace(home, "~"))
 
 
 def _versions() -> Iterator[Finding]:
@@ -102,15 +97,15 @@ def _installed(package: str) -> str | None:
 
 def _decoders() -> Iterator[Finding]:
     """Decode a small picture of each kind, and look for each decoder of videos."""
-    yield _readable("pictures", _PICTURES, [name for name in _PICTURES if _comes_back(name)])
-    yield _readable("videos", _VIDEOS, [name for name in _VIDEOS if name in codecs_available])
-
-
-def _readable(what: str, names: tuple[str, ...], can: list[str]) -> Finding:
-    fails = [name for name in names if name not in can]
-    state = BROKEN if _NEEDED_DECODERS & set(fails) else WARNING if fails else OK
-    cannot = f"; {', '.join(fails)} cannot" if fails else ""
-    return Finding(what, state, f"{', '.join(can) or 'none'} can be read{cannot}")
+    for what, names, can_read in (
+        ("pictures", _PICTURES, _comes_back),
+        ("videos", _VIDEOS, codecs_available.__contains__),
+    ):
+        can = [name for name in names if can_read(name)]
+        cannot = [name for name in names if name not in can]
+        state = BROKEN if _NEEDED_DECODERS.intersection(cannot) else WARNING if cannot else OK
+        fails = f"; {', '.join(cannot)} cannot" if cannot else ""
+        yield Finding(what, state, f"{', '.join(can) or 'none'} can be read{fails}")
 
 
 def _comes_back(kind: str) -> bool:
@@ -132,15 +127,13 @@ def _cameras() -> Iterator[Finding]:
 
 
 def _port() -> Iterator[Finding]:
-    with socket.socket() as wanted:
-        if os.name != "nt":
-            wanted.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            wanted.bind(("127.0.0.1", DEFAULT_PORT))
-        except OSError:
-            yield Finding("port", WARNING, f"{DEFAULT_PORT} is taken; dockpose serve --port NUMBER takes another")
-        else:
-            yield Finding("port", OK, f"{DEFAULT_PORT} is free")
+    state, text = OK, f"{DEFAULT_PORT} is free"
+    try:
+        with socket.create_server(("127.0.0.1", DEFAULT_PORT)):
+            pass
+    except OSError:
+        state, text = WARNING, f"{DEFAULT_PORT} is taken; dockpose serve --port NUMBER takes another"
+    yield Finding("port", state, text)
 
 
 def _folders() -> Iterator[Finding]:
@@ -165,20 +158,19 @@ def _writable(name: str, folder: Path, otherwise: str, advice: str) -> Finding:
 
 def _self_test() -> Iterator[Finding]:
     """One picture whose pose is known."""
-    sample, start = load_sample(FIRST_SAMPLE), time.perf_counter()
+    sample, start_s = load_sample(FIRST_SAMPLE), time.perf_counter()
     found = estimate(sample.image, sample.camera, sample.dock, Settings())
-    seconds, error = time.perf_counter() - start, pose_error(found.selected, sample.truth)
+    elapsed_s, error = time.perf_counter() - start_s, pose_error(found.selected, sample.truth)
     if error is None or sample.truth is None or found.selected is None:
         yield Finding("self test", BROKEN, f"sample {FIRST_SAMPLE}: {found.message}")
         return
-    distance_m, angle_deg = float(error.distance_m), float(np.degrees(error.angle_rad))
-    expected, position = list(sample.truth.position_m), found.selected.position_m.tolist()
-    words = ["({:.3f}, {:.3f}, {:.3f}) m".format(*place) for place in (expected, position)]
-    off = f"off by {1000 * distance_m:.2f} mm and {angle_deg:.3f} deg, in {seconds:.1f} s"
-    text = f"sample {FIRST_SAMPLE}: expected {words[0]}, found {words[1]}, {off}"
-    state = OK if distance_m <= _MOST_ERROR_M and angle_deg <= _MOST_ERROR_DEG else BROKEN
-    more = {"expected_m": expected, "found_m": position, "error_m": distance_m, "error_deg": angle_deg}
-    yield Finding("self test", state, text, more)
+    error_m, error_deg = float(error.distance_m), float(np.degrees(error.angle_rad))
+    expected, position = (
+        "({:.3f}, {:.3f}, {:.3f}) m".format(*pose.position_m) for pose in (sample.truth, found.selected)
+    )
+    off = f"off by {1000 * error_m:.2f} mm and {error_deg:.3f} deg, in {elapsed_s:.1f} s"
+    state = OK if error_m <= _MOST_ERROR_M and error_deg <= _MOST_ERROR_DEG else BROKEN
+    yield Finding("self test", state, f"sample {FIRST_SAMPLE}: expected {expected}, found {position}, {off}")
 
 
 CHECKS: dict[str, Callable[[], Iterator[Finding]]] = {

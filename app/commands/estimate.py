@@ -48,9 +48,9 @@ def run(arguments: argparse.Namespace) -> int:
     camera, dock, settings = given.camera_of(arguments), given.dock_of(arguments), given.settings_of(arguments)
     arguments.carrier = given.vehicle_of(arguments)
     _check(arguments)
-    wishes = given.wishes_of(arguments, arguments.sources)
+    capture = given.capture_of(arguments, arguments.sources)
     found = resolve(arguments.sources, camera, dock, console.say, arguments.rate, arguments.topic, arguments.rotate)
-    parts = [dataclasses.replace(part, wishes=wishes) if isinstance(part, FrameSource) else part for part in found]
+    parts = [dataclasses.replace(part, capture=capture) if isinstance(part, FrameSource) else part for part in found]
     if arguments.annotate is not None and (len(parts) != 1 or isinstance(parts[0], Batch)):
         from dockpose.app.export.video import is_video_file
 

@@ -20,7 +20,7 @@ from dockpose.app.inputs.pictures import known
 from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.processing.following import Followed, Following
 from dockpose.app.processing.parallel import Found, SequenceWork, found_in, split, workers
-from dockpose.sources import Frame, Frames, Live, Tell, Video, read_ahead
+from dockpose.sources import Callback, Frame, Frames, Live, Video, read_ahead
 from dockpose.tracking.smoother import Smoother
 
 if TYPE_CHECKING:
@@ -77,9 +77,9 @@ def estimate_sequence(
 
 
 def _begin_mavlink(
-    frames: Frames, how: argparse.Namespace, tell: Tell, files: contextlib.ExitStack
+    frames: Frames, how: argparse.Namespace, tell: Callback, files: contextlib.ExitStack
 ) -> "Autopilot | None":
-    """Open the link to an autopilot where that is wished. Raises UserError where the frames are not of now."""
+    """Open the link to an autopilot where one is asked for. Raises UserError where the frames are not of now."""
     if how.mavlink is None:
         return None
     if not frames.is_live:
@@ -95,7 +95,7 @@ class _Run:
     """The frames of a sequence as they are found and followed, whichever way they are searched."""
 
     def __init__(
-        self, source: FrameSource, frames: Frames, settings: Settings, how: argparse.Namespace, tell: Tell
+        self, source: FrameSource, frames: Frames, settings: Settings, how: argparse.Namespace, tell: Callback
     ) -> None:
         self._source, self._frames, self._settings, self._how, self._tell = source, frames, settings, how, tell
         self.camera, self._dock = known(source.name, frames.camera, frames.dock)

@@ -5,7 +5,7 @@ import threading
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from dockpose.app.commands.arguments import camera_of, dock_of, vehicle_of, warned, wishes_of
+from dockpose.app.commands.arguments import camera_of, capture_of, dock_of, vehicle_of, warned
 from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, say
 from dockpose.app.errors import UserError
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER, Options
@@ -78,7 +78,7 @@ def _options(arguments: argparse.Namespace) -> Options:
         remember_in=config_folder(),
         sessions=sessions.resolve(),
         view_link=arguments.view_token,
-        wishes=wishes_of(arguments, [] if arguments.source is None else [arguments.source]),
+        capture=capture_of(arguments, [] if arguments.source is None else [arguments.source]),
         topic=arguments.topic,
         autopilot=_autopilot(arguments, vehicle),
         vehicle=vehicle,

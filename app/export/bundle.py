@@ -61,7 +61,7 @@ def picture_files(
     if threshold is not None:
         files |= _figure_files("histogram", lambda: report.histogram_figure(threshold), "png", "svg")
     if found.selected is not None:
-        files["pose_ros.yaml"] = lambda: (pose_yaml(found, None) or "").encode()
+        files["pose_ros.yaml"] = lambda: (pose_yaml(found) or "").encode()
     heard = progress or Progress(lambda share: None)
     files["montage.png"] = lambda: data.to_png(montage(view.image, compare_view(view, heard), view.known_pose))
     return files

@@ -11,7 +11,7 @@ from av.error import FFmpegError
 from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError, writing
 from dockpose.app.export.video import MILLISECOND, VideoFile, create_matroska, creation_time
-from dockpose.sources import Arrival, Live, Tell
+from dockpose.sources import Arrival, Callback, Live
 
 ENDING = ".mkv"
 MOST_WAITING_BYTES = 256 * 2**20  # some three seconds of 1280 x 720 in colour
@@ -24,7 +24,7 @@ class Recording:
 
     # If the kind of frame changes, as when a camera comes back with another size, it goes on in NAME-2.mkv.
 
-    def __init__(self, path: Path, tell: Tell) -> None:
+    def __init__(self, path: Path, tell: Callback) -> None:
         check_name(path)
         with writing(path):
             path.touch(exist_ok=False)
@@ -155,7 +155,7 @@ def check_name(path: Path) -> None:
         raise UserError(f"{path}: is there already, and a recording overwrites nothing; give another name")
 
 
-def record(frames: Live, path: Path, tell: Tell) -> Recording | None:
+def record(frames: Live, path: Path, tell: Callback) -> Recording | None:
     """Record a live source from its next frame on; None where that cannot be, of which ``tell`` hears."""
     try:
         recording = Recording(path, tell)

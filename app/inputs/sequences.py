@@ -16,7 +16,7 @@ from dockpose.app.inputs.pictures import Batch, camera_and_dock, expand, known
 from dockpose.app.inputs.received import below, folders_below, pictures_in, videos_below
 from dockpose.files import FileError
 from dockpose.sidecar import read_sidecar
-from dockpose.sources import Frames, Kind, SourceError, Tell, Wishes
+from dockpose.sources import Callback, CaptureSettings, Frames, Kind, SourceError
 
 if TYPE_CHECKING:
     from dockpose.simulate import FilmPlan, Scene
@@ -44,10 +44,10 @@ class FrameSource:
     course: "FilmPlan | None" = None  # what is simulated
     topic: str | None = None  # of a bag
     folder: tempfile.TemporaryDirectory[str] | None = None  # holds a file that was sent, until :meth:`discard`
-    wishes: Wishes = sources.NO_WISHES  # what a camera is asked for
+    capture: CaptureSettings = sources.DEFAULT_CAPTURE  # what a camera is asked for
     rotate_deg: int = 0  # by how much the frames, and ``camera`` with them, are turned clockwise on opening
 
-    def open(self, tell: Tell, *, grey: bool = False) -> Frames:
+    def open(self, tell: Callback, *, grey: bool = False) -> Frames:
         """Open the frames, which then carry the camera and the dock."""
         try:
             if self.course is not None:
@@ -55,9 +55,9 @@ class FrameSource:
             elif self.paths:
                 frames = sources.Pictures(self.paths, self.source, self.rate_hz, tell)
             else:
-                wishes = of_size(self.wishes, self.camera)
-                rate_hz, topic = self.rate_hz, self.topic
-                frames = sources.open_frames(self.source, tell, rate_hz=rate_hz, grey=grey, wishes=wishes, topic=topic)
+                capture = of_size(self.capture, self.camera)
+                how = {"rate_hz": self.rate_hz, "topic": self.topic}
+                frames = sources.open_frames(self.source, tell, grey=grey, capture=capture, **how)
         except SourceError as error:
             if self.folder is None:
                 raise
@@ -175,11 +175,11 @@ def simulated(name: str, scene: "Scene") -> FrameSource:
     return FrameSource(name, name, course=FilmPlan(scene=scene, motion=motion))
 
 
-def of_size(wishes: Wishes, camera: Camera | None) -> Wishes:
-    """The wishes with the size that a camera file is for, where they name none."""
-    if camera is None or wishes.width is not None:
-        return wishes
-    return replace(wishes, width=camera.width, height=camera.height)
+def of_size(capture: CaptureSettings, camera: Camera | None) -> CaptureSettings:
+    """The settings with the size that a camera file is for, where they name none."""
+    if camera is None or capture.width is not None:
+        return capture
+    return replace(capture, width=camera.width, height=camera.height)
 
 
 def _live_name(source: str) -> str:
@@ -192,8 +192,8 @@ def _with_sidecar(source: FrameSource, path: Path) -> FrameSource:
     return replace(source, camera=source.camera or beside.camera, dock=source.dock or beside.dock)
 
 
-def wishes_from(given: Mapping[str, float | str | None], names: Mapping[str, str]) -> Wishes:
-    """Wishes made of what was typed."""
+def capture_from(given: Mapping[str, float | str | None], names: Mapping[str, str]) -> CaptureSettings:
+    """Capture settings made of what was typed."""
     numbers = {name: _number(given[name], names[name]) for name in ("exposure", "gain", "rate_hz")}
     rate_hz = numbers["rate_hz"]
     if rate_hz is not None and not 0 < rate_hz <= MOST_HZ:
@@ -201,7 +201,7 @@ def wishes_from(given: Mapping[str, float | str | None], names: Mapping[str, str
     letters = str(given["format"] or "").strip().upper()
     if letters and not _FORMAT.fullmatch(letters):
         raise UserError(f"{names['format']} {letters}: must be the three or four letters of a format, as MJPG or Y16")
-    return Wishes(exposure=numbers["exposure"], gain=numbers["gain"], rate_hz=rate_hz, format=letters or None)
+    return CaptureSettings(exposure=numbers["exposure"], gain=numbers["gain"], rate_hz=rate_hz, format=letters or None)
 
 
 def _number(value: float | str | None, name: str) -> float | None:

@@ -7,7 +7,7 @@ import viser
 from dockpose.app.state.parameters import with_given_number
 from dockpose.app.web.choices import Act
 from dockpose.app.web.html import help_link
-from dockpose.app.web.live import Acts, WishBox, wish_to
+from dockpose.app.web.live import Acts, RequestBox, request_to
 from dockpose.app.web.page import Page
 from dockpose.app.web.panels.calibration import CalibrationPanel
 from dockpose.app.web.panels.compare import ComparePanel
@@ -83,24 +83,26 @@ class Layout:
             app.live.place("status", status_html)
             self._made[ChipsPanel] = ChipsPanel(app)
             boxes: dict[str, Any] = {"boxes": dict[str, str]}
-            wished: Acts = {
-                wish_to("take", **boxes): lambda wish, client: self.of(ExperimentPanel).wish(wish, client),
-                wish_to("typed", **boxes): lambda wish, client: self.of(ExperimentPanel).typed(wish, client),
-                wish_to("board", name=str): lambda wish, client: self.of(CalibrationPanel).toggle(wish.name, client),
-                wish_to("chip", label=str): lambda wish, client: self.of(ChipsPanel).press(wish.label, client),
-                wish_to("layers", of=list[str]): lambda wish, client: self.of(ExportPanel).follow(wish.of, client),
-                wish_to("given", label=str): lambda wish, client: app.change(
-                    partial(with_given_number, label=wish.label), client, reload=True
+            acts: Acts = {
+                request_to("take", **boxes): lambda asked, client: self.of(ExperimentPanel).take_typed(asked, client),
+                request_to("typed", **boxes): lambda asked, client: self.of(ExperimentPanel).typed(asked, client),
+                request_to("board", name=str): lambda asked, client: self.of(CalibrationPanel).toggle(
+                    asked.name, client
                 ),
-                wish_to("zip"): lambda wish, client: self.of(ExportPanel).save_all(client),
-                wish_to("compare"): lambda wish, client: self.of(ComparePanel).compare(),
-                wish_to("use", method=str): lambda wish, client: self.of(ComparePanel).use(wish.method, client),
-                wish_to("play"): lambda wish, client: self.of(SequencePanel).toggle(client),
-                wish_to("goto", frame=int): lambda wish, client: self.of(SequencePanel).go_to(wish.frame),
-                wish_to("speed", speed=str): lambda wish, client: self.of(SequencePanel).set_speed(wish.speed),
+                request_to("chip", label=str): lambda asked, client: self.of(ChipsPanel).press(asked.label, client),
+                request_to("layers", of=list[str]): lambda asked, client: self.of(ExportPanel).follow(asked.of, client),
+                request_to("given", label=str): lambda asked, client: app.change(
+                    partial(with_given_number, label=asked.label), client, reload=True
+                ),
+                request_to("zip"): lambda asked, client: self.of(ExportPanel).save_all(client),
+                request_to("compare"): lambda asked, client: self.of(ComparePanel).compare(),
+                request_to("use", method=str): lambda asked, client: self.of(ComparePanel).use(asked.method, client),
+                request_to("play"): lambda asked, client: self.of(SequencePanel).toggle(client),
+                request_to("goto", frame=int): lambda asked, client: self.of(SequencePanel).go_to(asked.frame),
+                request_to("speed", speed=str): lambda asked, client: self.of(SequencePanel).set_speed(asked.speed),
             }
-            wishes = WishBox(gui, "Done on the page", wished)
-            gui.add_html(f'<dockpose-jobs channel="{wishes.channel}"></dockpose-jobs>')
+            requests = RequestBox(gui, "Done on the page", acts)
+            gui.add_html(f'<dockpose-jobs channel="{requests.channel}"></dockpose-jobs>')
             gui.add_html(steps_html())
             shown = gui.add_tab_group()
             with shown.add_tab("Picture", viser.Icon.SCAN_EYE):

@@ -1,4 +1,4 @@
-"""Our own elements of the page: what they are sent with every frame, and the wishes that come back from them."""
+"""Our own elements of the page: what they are sent with every frame, and the requests that come back from them."""
 
 import functools
 import itertools
@@ -70,45 +70,45 @@ class LivePage:
         self.send()
 
 
-class Wish(msgspec.Struct, tag_field="do", forbid_unknown_fields=True, frozen=True):
-    """A wish; ``number`` tells two equal ones apart."""
+class Request(msgspec.Struct, tag_field="do", forbid_unknown_fields=True, frozen=True):
+    """A request; ``number`` tells two equal ones apart."""
 
     number: int
 
 
-Acts = Mapping[type[Wish], Callable[[Any, Client], object]]
+Acts = Mapping[type[Request], Callable[[Any, Client], object]]
 
 
-def wish_to(do: str, **fields: type) -> type[Wish]:
-    """A kind of wish, with its fields."""
-    kind: Any = msgspec.defstruct(do, list(fields.items()), bases=(Wish,), tag=do, frozen=True)
+def request_to(do: str, **fields: type) -> type[Request]:
+    """A kind of request, with its fields."""
+    kind: Any = msgspec.defstruct(do, list(fields.items()), bases=(Request,), tag=do, frozen=True)
     return kind
 
 
-def decoder(kinds: Iterable[type[Wish]]) -> msgspec.json.Decoder[Any]:
-    """What reads wishes of these kinds, and no others."""
+def decoder(kinds: Iterable[type[Request]]) -> msgspec.json.Decoder[Any]:
+    """What reads requests of these kinds, and no others."""
     return msgspec.json.Decoder(functools.reduce(operator.or_, kinds))
 
 
-class WishBox:
-    """A hidden text box for the wishes of elements that know it by its ``channel``; ``acts`` are done for them."""
+class RequestBox:
+    """A hidden text box for the requests of elements that know it by its ``channel``; ``acts`` are done for them."""
 
     def __init__(self, gui: viser.GuiApi, label: str, acts: Acts) -> None:
         self._acts, self._decoder = acts, decoder(acts)
-        self._done, self._held = deque[int](maxlen=64), threading.Lock()  # numbers; some wishes are sent again
+        self._done, self._held = deque[int](maxlen=64), threading.Lock()  # numbers; some requests are sent again
         self._box = gui.add_text(label, "")
         self.channel = identity(self._box)
         on_person(self._box.on_update, self._fulfil)
 
     def _fulfil(self, client: Client) -> None:
-        """Do what the newest wish says; calls for wishes that were overtaken find none."""
+        """Do what the newest request says; calls for requests that were overtaken find none."""
         text = self._box.value
         try:
-            wish = self._decoder.decode(text if isinstance(text, str) and len(text) <= MOST_LETTERS else "")
+            request = self._decoder.decode(text if isinstance(text, str) and len(text) <= MOST_LETTERS else "")
         except msgspec.DecodeError:
             return
         with self._held:
-            if wish.number in self._done:
+            if request.number in self._done:
                 return
-            self._done.append(wish.number)
-        self._acts[type(wish)](wish, client)
+            self._done.append(request.number)
+        self._acts[type(request)](request, client)

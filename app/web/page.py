@@ -64,7 +64,7 @@ class Page:
         tank = self.memory.now.tank
         if self.given is not None:
             tank = tank.with_given(camera, dock)
-            self.given = replace(self.given, wishes=of_size(self.options.wishes, tank.camera))
+            self.given = replace(self.given, capture=of_size(self.options.capture, tank.camera))
             view = open_source(None, None, None, tank)
         else:
             is_left_open = source is None and camera is None and dock is None

@@ -30,12 +30,12 @@ class Canvas:
         """Return the width of a stroke in whole pixels, at least one."""
         return max(1, round(units * self.unit))
 
-    def polyline(self, points: np.ndarray, colour: str, width: float = 1.0, *, closed: bool = False) -> None:
+    def polyline(self, points: np.ndarray, colour: str, width: float = 1.0) -> None:
         """Draw a line through points (N, 2); those that are not finite are left out."""
         inside = np.clip(points[np.isfinite(points).all(axis=1)], -1e5, 1e5)
         if len(inside) >= 2:
             fixed = np.rint(inside * 16).astype(np.int32)[:, None]
-            cv2.polylines(self.pixels, [fixed], closed, bgr(colour), self.width(width), cv2.LINE_AA, shift=4)
+            cv2.polylines(self.pixels, [fixed], False, bgr(colour), self.width(width), cv2.LINE_AA, shift=4)
 
     def circle(self, centre: Point, radius: float, colour: str, *, filled: bool = False) -> None:
         """Draw a circle."""

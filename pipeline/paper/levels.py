@@ -51,13 +51,13 @@ def poses_of_all(points_px: np.ndarray, camera: Camera, dock: Dock) -> tuple[Cir
         return ()
 
 
-def any_level_shows_the_lights(histogram: Histogram, lights_px: np.ndarray, min_area_px: int = MIN_AREA_PX) -> bool:
+def any_level_shows_the_lights(histogram: Histogram, lights_px: np.ndarray) -> bool:
     """Whether at any level that keeps at most a fifth of the picture the groups are exactly the lights."""
     shares = histogram.counts.cumsum() / histogram.counts.sum()
     floor = int(np.searchsorted(shares, 0.8)) + 1
-    counts = histogram.bright(floor).groups_at_every_level(min_area_px)
+    counts = histogram.bright(floor).groups_at_every_level(MIN_AREA_PX)
     levels = np.flatnonzero(counts == len(lights_px)).tolist()
-    return any(are_the_lights(group_centres(histogram, level, min_area_px), lights_px) for level in levels)
+    return any(are_the_lights(group_centres(histogram, level), lights_px) for level in levels)
 
 
 @dataclass(frozen=True)

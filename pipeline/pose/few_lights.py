@@ -12,7 +12,6 @@ from dockpose.dock import Dock
 from dockpose.lights.ellipse import NoEllipseError
 from dockpose.pose.assignments import FEWEST, assignments, basis_of, plane_of, squares_of
 from dockpose.pose.choice import Choice, Placement, choice_of
-from dockpose.pose.circle import CirclePose
 from dockpose.pose.refine import HOPELESS, HOPELESS_PX2, Fit, LightRays, light_rays, refine
 from dockpose.pose.uncertainty import WORTH_OF_EVIDENCE, log_evidence
 
@@ -24,11 +23,10 @@ _SAME = 0.1  # of either: two starts that came so close to each other found the 
 # likely (by e^-7) a few more. All others count in the probabilities by these squares.
 _LEAST_REFINED, _MOST_REFINED, _UNLIKELY = 6, 24, 7.0
 _NEGLIGIBLE_PX2 = 100.0  # and as many times the best one's: too much to count
-_LEAST_SQUARES_PX2 = 1e-3  # no centroid is better, so that ratios stay finite
 
 
-def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: CirclePose | None = None) -> Choice:
-    """Find the pose by three or more lights (N, 2), the one ``near`` a pose if given; see docs/method.md."""
+def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock) -> Choice:
+    """Find the pose by three or more lights (N, 2); see docs/method.md."""
     points = as_points("points_px", points_px, 2)
     _check(points, dock)
     middle = points.mean(axis=0)
@@ -49,7 +47,7 @@ def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: Circ
     fit = _refined(rotations, positions, which, dock.light_angles_rad()[rows[which]], dock.radius, rays)
     fit, which = _distinct(fit, which)
     weights = _weights(fit)
-    kept = _different(fit, weights, near)
+    kept = _different(fit, weights)
     rest = np.delete(squares, best)
     total = weights.sum() + _weight_of_rest(fit, weights, rest)
     chosen = kept[:2]
@@ -232,15 +230,9 @@ def _weight_of_rest(fit: Fit, weights: np.ndarray, squares: np.ndarray) -> float
     return float(np.exp(usual + WORTH_OF_EVIDENCE * log_evidence(squares, freedom)).sum())
 
 
-def _different(fit: Fit, weights: np.ndarray, near: CirclePose | None) -> np.ndarray:
-    """Numbers of the poses, likeliest first, each different from those before; with ``near`` the nearest first."""
-    merit = -weights
-    if near is not None:
-        excess = fit.squares_px2 / max(float(fit.squares_px2.min()), _LEAST_SQUARES_PX2)
-        away = 1 + fit.rotations[:, :, 2] @ near.normal
-        away += np.linalg.norm(fit.positions_m - near.position_m, axis=1) / near.position_m[2]
-        merit = np.where(excess < 10, away, 10 + excess)
-    left, kept = np.argsort(merit, kind="stable"), []
+def _different(fit: Fit, weights: np.ndarray) -> np.ndarray:
+    """Numbers of the poses, likeliest first, each different from those before."""
+    left, kept = np.argsort(-weights, kind="stable"), []
     apart = _apart(fit)
     while len(left):
         kept.append(left[0])

@@ -13,8 +13,16 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from dockpose.sources.bags.bag import Bag
     from dockpose.sources.exposure import ExposureWatch
-    from dockpose.sources.frames import Frame, Frames, SourceError, Tell, read_ahead
-    from dockpose.sources.kinds import BAG_ENDINGS, NO_WISHES, VIDEO_ENDINGS, Kind, Wishes, camera_number, kind_of
+    from dockpose.sources.frames import Callback, Frame, Frames, SourceError, read_ahead
+    from dockpose.sources.kinds import (
+        BAG_ENDINGS,
+        DEFAULT_CAPTURE,
+        VIDEO_ENDINGS,
+        CaptureSettings,
+        Kind,
+        camera_number,
+        kind_of,
+    )
     from dockpose.sources.live import Arrival, Live
     from dockpose.sources.opening import Simulated, open_frames
     from dockpose.sources.pictures import PICTURE_ENDINGS, Pictures, list_pictures, numeric
@@ -22,11 +30,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BAG_ENDINGS",
-    "NO_WISHES",
+    "DEFAULT_CAPTURE",
     "PICTURE_ENDINGS",
     "VIDEO_ENDINGS",
     "Arrival",
     "Bag",
+    "Callback",
+    "CaptureSettings",
     "ExposureWatch",
     "Frame",
     "Frames",
@@ -35,9 +45,7 @@ __all__ = [
     "Pictures",
     "Simulated",
     "SourceError",
-    "Tell",
     "Video",
-    "Wishes",
     "camera_number",
     "kind_of",
     "list_pictures",
@@ -53,15 +61,15 @@ _HOMES = {
         "Frame",
         "Frames",
         "SourceError",
-        "Tell",
+        "Callback",
         "read_ahead",
     ),
     "kinds": (
         "BAG_ENDINGS",
-        "NO_WISHES",
+        "DEFAULT_CAPTURE",
         "VIDEO_ENDINGS",
         "Kind",
-        "Wishes",
+        "CaptureSettings",
         "camera_number",
         "kind_of",
     ),

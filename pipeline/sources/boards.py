@@ -14,7 +14,7 @@ from dockpose.camera.calibrate import calibrate as calibrate_pictures
 from dockpose.camera.coverage import Coverage, coverage_of
 from dockpose.camera.image import orientation_sentence, to_grey, to_levels
 from dockpose.checks import check_is, check_one_of
-from dockpose.sources.frames import Frames, SourceError, Tell
+from dockpose.sources.frames import Callback, Frames, SourceError
 from dockpose.sources.kinds import Kind, kind_of
 from dockpose.sources.opening import open_frames
 from dockpose.sources.pictures import list_pictures, read_tagged
@@ -106,7 +106,7 @@ def squares_in(sources: Sequence[str]) -> tuple[int, int]:
     return counts
 
 
-def grey_pictures(paths: Sequence[Path], tell: Tell = lambda text: None) -> Iterator[tuple[str, np.ndarray | None]]:
+def grey_pictures(paths: Sequence[Path], tell: Callback = lambda text: None) -> Iterator[tuple[str, np.ndarray | None]]:
     """Names and grey pictures of 8 bits, None for what cannot be read; tags of orientation are told."""
     told = {1}
     for path in paths:

@@ -15,7 +15,7 @@ import numpy as np
 from av.error import FFmpegError, HTTPNotFoundError, HTTPUnauthorizedError
 from dockpose.sources.ffmpeg import opened, picture_of
 from dockpose.sources.frames import SourceError
-from dockpose.sources.kinds import Wishes
+from dockpose.sources.kinds import CaptureSettings
 
 if "OPENCV_LOG_LEVEL" not in os.environ:
     # OpenCV 5 moved the function.
@@ -37,8 +37,6 @@ _SAME_RATE = 0.02  # 29.97 is as good as 30
 class Capture(abc.ABC):
     """A live source that is open; what it says of itself is that of the frame which was grabbed last."""
 
-    has_our_clock = False  # whether ``time_s`` is by time.monotonic()
-
     def __init__(self, *, grey: bool = False) -> None:
         self._grey = grey
         self._frame: av.VideoFrame | None = None
@@ -49,7 +47,7 @@ class Capture(abc.ABC):
         self.left_out = 0  # pictures before it, for lack of packets
         self.is_idle = False  # whether a grab that gives nothing is none that failed
 
-    def ask(self, wishes: Wishes) -> tuple[str, ...]:
+    def ask(self, settings: CaptureSettings) -> tuple[str, ...]:
         """Set what can be set, and say in words what was refused; of a stream its sender decides."""
         return ()
 
@@ -88,29 +86,29 @@ class Camera(Capture):
             raise SourceError(f"camera {number}: no camera has that number, or another program uses it")
         self.about = self._words()
 
-    def ask(self, wishes: Wishes) -> tuple[str, ...]:
+    def ask(self, settings: CaptureSettings) -> tuple[str, ...]:
         """Set what can be set, and say in words what was refused."""
         # In this order: the format limits the sizes, and both the rates. What is so already is not set again, which
         # would interrupt the frames; and Video4Linux takes a rate only while they rest, as they do after a size.
-        if wishes.format is not None and wishes.format != self._format():
-            self._capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*wishes.format.ljust(4)))
+        if settings.format is not None and settings.format != self._format():
+            self._capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*settings.format.ljust(4)))
         width, height = size = self._size()
-        wanted = (wishes.width or width, wishes.height or height)
-        is_other_rate = wishes.rate_hz is not None and not self._gives(wishes.rate_hz)
+        wanted = (settings.width or width, settings.height or height)
+        is_other_rate = settings.rate_hz is not None and not self._gives(settings.rate_hz)
         if wanted != size or is_other_rate:
             self._capture.set(cv2.CAP_PROP_FRAME_WIDTH, wanted[0])
             self._capture.set(cv2.CAP_PROP_FRAME_HEIGHT, wanted[1])
-        if wishes.rate_hz is not None and is_other_rate:
-            self._capture.set(cv2.CAP_PROP_FPS, wishes.rate_hz)
+        if settings.rate_hz is not None and is_other_rate:
+            self._capture.set(cv2.CAP_PROP_FPS, settings.rate_hz)
         if self._capture.getBackendName() == _WITH_RAW_DATA:
             is_raw = self._format() in (*_GREY_FORMATS, *_JPEG_FORMATS)
             self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0 if is_raw else 1)
-        refused, taken = self._refused_of_format(wishes), [self._words()]
-        if wishes.exposure is not None:
+        refused, taken = self._refused_of_format(settings), [self._words()]
+        if settings.exposure is not None:
             self._capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, _MANUAL_EXPOSURE)
         # To ask for what a camera does not have makes OpenCV write to standard error.
         for name, article, which in (("exposure", "an", cv2.CAP_PROP_EXPOSURE), ("gain", "a", cv2.CAP_PROP_GAIN)):
-            if (asked := getattr(wishes, name)) is not None:
+            if (asked := getattr(settings, name)) is not None:
                 if self._capture.set(which, asked):
                     taken.append(f"{name} {asked:g} asked, {self._capture.get(which):g} set")
                 else:
@@ -151,18 +149,18 @@ class Camera(Capture):
         self._frame = decoded[0]
         return super().retrieve()
 
-    def _refused_of_format(self, wishes: Wishes) -> list[str]:
+    def _refused_of_format(self, settings: CaptureSettings) -> list[str]:
         """What was refused of the format, the size and the rate; drivers take the nearest without a word."""
         refused = []
         width, height = self._size()
-        if wishes.format is not None and self._format() != wishes.format:
-            refused.append(f"does not give {wishes.format} and goes on with {self._format() or 'its own format'}")
-        if wishes.width is not None and (width, height) != (wishes.width, wishes.height):
-            refused.append(f"does not give {wishes.width} x {wishes.height} and goes on with {width} x {height}")
-        if wishes.rate_hz is not None and not self._gives(wishes.rate_hz):
+        if settings.format is not None and self._format() != settings.format:
+            refused.append(f"does not give {settings.format} and goes on with {self._format() or 'its own format'}")
+        if settings.width is not None and (width, height) != (settings.width, settings.height):
+            refused.append(f"does not give {settings.width} x {settings.height} and goes on with {width} x {height}")
+        if settings.rate_hz is not None and not self._gives(settings.rate_hz):
             rate_hz = self._capture.get(cv2.CAP_PROP_FPS)
             given = f"goes on with {rate_hz:g}" if rate_hz > 0 else "does not say what it gives"
-            refused.append(f"does not give {wishes.rate_hz:g} frames/s and {given}")
+            refused.append(f"does not give {settings.rate_hz:g} frames/s and {given}")
         return refused
 
     def _gives(self, rate_hz: float) -> bool:

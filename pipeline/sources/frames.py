@@ -18,7 +18,7 @@ from dockpose.text import InputError
 
 __all__ = ["Frame", "Frames", "SourceError"]
 
-Tell = Callable[[str], None]
+Callback = Callable[[str], None]
 
 
 class SourceError(InputError):
@@ -95,11 +95,11 @@ class Frames(abc.ABC):
     camera: Camera | None = None
     dock: Dock | None = None
 
-    def __init__(self, source: str, tell: Tell | None = None) -> None:
+    def __init__(self, source: str, tell: Callback | None = None) -> None:
         self.source = source
         self.skipped = 0
         self.is_cut_short = False
-        self._tell: Tell = tell or (lambda text: None)
+        self._tell: Callback = tell or (lambda text: None)
         self._turn_deg, self._told_tags = 0, set[int]()
         self._open = contextlib.ExitStack()  # what :meth:`close` releases
 

@@ -82,7 +82,7 @@ def _is_bag(folder: Path) -> bool:
 
 
 @dataclass(frozen=True)
-class Wishes:
+class CaptureSettings:
     """What a camera is asked for; None leaves it as it is."""
 
     width: int | None = None
@@ -93,4 +93,4 @@ class Wishes:
     format: str | None = None  # of the pixels, by its four letters (FOURCC), as MJPG, YUYV, GREY or Y16
 
 
-NO_WISHES = Wishes()
+DEFAULT_CAPTURE = CaptureSettings()

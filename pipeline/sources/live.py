@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import av
 import numpy as np
 from dockpose.sources.capture import Capture
-from dockpose.sources.frames import Frame, Frames, SourceError, Tell
-from dockpose.sources.kinds import NO_WISHES, Wishes
+from dockpose.sources.frames import Callback, Frame, Frames, SourceError
+from dockpose.sources.kinds import DEFAULT_CAPTURE, CaptureSettings
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 8.0
 _MOST_DELAY_S = 1.0  # of a frame after the time stamp of its driver
@@ -38,7 +38,12 @@ class Live(Frames):
     is_live = True
 
     def __init__(
-        self, source: str, connect: Callable[[], Capture], tell: Tell | None = None, *, wishes: Wishes = NO_WISHES
+        self,
+        source: str,
+        connect: Callable[[], Capture],
+        tell: Callback | None = None,
+        *,
+        settings: CaptureSettings = DEFAULT_CAPTURE,
     ) -> None:
         super().__init__(source, tell)
         self._connect = connect
@@ -53,11 +58,11 @@ class Live(Frames):
         self.about = ""  # what the source says that it gives, in words
         # Called in the reading thread with each frame that comes, dropped or not; must not take time.
         self.on_arrival: Callable[[Arrival], None] | None = None
-        self.wishes = wishes  # what it was asked for last
-        self._asked: Wishes | None = None  # anew, while the source is open
+        self.settings = settings  # what it was asked for last
+        self._asked: CaptureSettings | None = None  # anew, while the source is open
         self._refused: tuple[str, ...] = ()
         self._first: Capture | None = connect()
-        self._ask(self._first, self.wishes)
+        self._ask(self._first, self.settings)
         self._thread = threading.Thread(target=self._run, name="dockpose live source", daemon=True)
 
     def __iter__(self) -> Iterator[Frame]:
@@ -75,9 +80,9 @@ class Live(Frames):
                 return
             yield self._turned(frame)
 
-    def ask(self, wishes: Wishes) -> None:
+    def ask(self, settings: CaptureSettings) -> None:
         """Ask the source for something else; the reading thread does so before the next frame."""
-        self.wishes = self._asked = wishes
+        self.settings = self._asked = settings
 
     def close(self) -> None:
         """End the iteration and release the source; its thread may need a read's time limit to notice."""
@@ -102,9 +107,9 @@ class Live(Frames):
                 self._error = error
                 self._changed.notify_all()
 
-    def _ask(self, capture: Capture, wishes: Wishes) -> None:
-        """Pass on what is wished, and tell what is refused, once."""
-        refused = capture.ask(wishes)
+    def _ask(self, capture: Capture, settings: CaptureSettings) -> None:
+        """Pass settings on, and tell what is refused, once."""
+        refused = capture.ask(settings)
         for text in refused:
             if text not in self._refused:
                 self._tell(f"{self.source}: {text}")
@@ -133,7 +138,7 @@ class Live(Frames):
 
     def _keep(self, image: np.ndarray, arrived_s: float, capture: Capture) -> None:
         stamp_s = capture.time_s
-        if stamp_s is not None and (capture.has_our_clock or 0 <= arrived_s - stamp_s < _MOST_DELAY_S):
+        if stamp_s is not None and 0 <= arrived_s - stamp_s < _MOST_DELAY_S:
             arrived_s = stamp_s  # by our own clock, as Video4Linux gives it: when the frame was there, not when we were
         if self._came == 0 or self._began_s == 0.0:
             self._began_s = arrived_s
@@ -169,7 +174,7 @@ class Live(Frames):
                 pause_s = min(2 * pause_s, LONGEST_PAUSE_S)
                 self._tell(f"{error}; it is tried again after {pause_s:g} s")
                 continue
-            self._ask(capture, self.wishes)
+            self._ask(capture, self.settings)
             self._tell(f"{self.source}: is back after {time.monotonic() - lost_s:.1f} s")
             return capture
         return None

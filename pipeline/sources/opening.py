@@ -14,11 +14,11 @@ from dockpose.simulate.sequence import Observe, scenes
 from dockpose.sources.bags.bag import Bag
 from dockpose.sources.bags.storage import check_regular
 from dockpose.sources.capture import Camera, StreamCapture
-from dockpose.sources.frames import Frame, Frames, SourceError, Tell
-from dockpose.sources.kinds import NO_WISHES, Kind, Wishes, camera_number, is_rtp, kind_of
+from dockpose.sources.frames import Callback, Frame, Frames, SourceError
+from dockpose.sources.kinds import DEFAULT_CAPTURE, CaptureSettings, Kind, camera_number, is_rtp, kind_of
 from dockpose.sources.live import Live
 from dockpose.sources.pictures import Pages, Pictures, list_pictures
-from dockpose.sources.rtp import RtpCapture
+from dockpose.sources.rtp.capture import RtpCapture
 from dockpose.sources.video import Video
 from dockpose.text import shown
 
@@ -26,7 +26,7 @@ from dockpose.text import shown
 class Simulated(Frames):
     """Frames of a simulated sequence, each rendered when it is due; what is found steers a closed loop."""
 
-    def __init__(self, sequence: FilmPlan, source: str, tell: Tell | None = None) -> None:
+    def __init__(self, sequence: FilmPlan, source: str, tell: Callback | None = None) -> None:
         super().__init__(source, tell)
         self.sequence = sequence
         self.count = sequence.frames
@@ -56,12 +56,12 @@ TIMEOUT_S = 10.0
 
 def open_frames(
     source: str | os.PathLike[str] | int,
-    tell: Tell | None = None,
+    tell: Callback | None = None,
     *,
     rate_hz: float | None = None,
     timeout_s: float = TIMEOUT_S,
     grey: bool = False,
-    wishes: Wishes = NO_WISHES,
+    capture: CaptureSettings = DEFAULT_CAPTURE,
     topic: str | None = None,
     rotate: int = 0,
 ) -> Frames:
@@ -82,7 +82,7 @@ def open_frames(
     grey : bool
         Give the brightness alone of videos, streams and JPEG as a frame's image, which is cheaper; what to show is in
         colour still.
-    wishes : Wishes
+    capture : CaptureSettings
         What a camera is asked for; see ``Live.about`` for what it gives.
     topic : str, optional
         Which topic of a bag; None for the only one with pictures.
@@ -132,7 +132,7 @@ def open_frames(
             raise SourceError(str(error)) from error
     elif kind is Kind.CAMERA:
         number = camera_number(name) or 0
-        frames = Live(f"camera {number}", lambda: Camera(number, grey=grey), tell, wishes=wishes)
+        frames = Live(f"camera {number}", lambda: Camera(number, grey=grey), tell, settings=capture)
     elif kind is Kind.STREAM and is_rtp(name):
         frames = Live(name, lambda: RtpCapture(name, tell or (lambda text: None), grey=grey), tell)
     elif kind is Kind.STREAM:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from dockpose.camera import image as decoding
 from dockpose.camera.tiff import is_tiff
-from dockpose.sources.frames import Frame, Indexed, SourceError, Tell
+from dockpose.sources.frames import Callback, Frame, Indexed, SourceError
 from dockpose.text import as_text
 from PIL import ExifTags, Image
 
@@ -27,7 +27,7 @@ class Pictures(Indexed):
     """Picture files in the given order, each read when it is due; without a rate they have no times."""
 
     def __init__(
-        self, paths: Sequence[Path], source: str, rate_hz: float | None = None, tell: Tell | None = None
+        self, paths: Sequence[Path], source: str, rate_hz: float | None = None, tell: Callback | None = None
     ) -> None:
         super().__init__(source, tell)
         self.paths = tuple(paths)
@@ -45,7 +45,7 @@ class Pictures(Indexed):
 class Pages(Indexed):
     """The pages of a TIFF, or the frames of an animated GIF, WebP or PNG, each decoded when it is due."""
 
-    def __init__(self, source: str, rate_hz: float | None = None, tell: Tell | None = None) -> None:
+    def __init__(self, source: str, rate_hz: float | None = None, tell: Callback | None = None) -> None:
         super().__init__(source, tell)
         self.rate_hz = self._asked_hz = rate_hz
         self._path, self._lock = Path(source), threading.Lock()

@@ -11,7 +11,7 @@ import numpy as np
 from av.error import FFmpegError
 from dockpose.sources import ffmpeg
 from dockpose.sources.ffmpeg import Order, picture_of
-from dockpose.sources.frames import Frame, Frames, SourceError, Tell
+from dockpose.sources.frames import Callback, Frame, Frames, SourceError
 
 _NEAR = 32  # frames this far ahead are reached by reading on rather than by seeking
 _STEPS_BACK = (0, 8, 64)  # frames before the wanted one to seek to, until it is not overshot
@@ -34,7 +34,7 @@ class Video(Frames):
     def __init__(
         self,
         source: str,
-        tell: Tell | None = None,
+        tell: Callback | None = None,
         *,
         scan: bool = True,
         grey: bool = False,

@@ -147,7 +147,7 @@ def test_what_is_typed_stays_where_it_was_typed_when_the_program_is_slow_to_show
     tab.until(lambda: "not yet measured" in words(tab))
     panel, heard = panel_of(tab), []
     typed = panel.typed
-    monkeypatch.setattr(panel, "typed", lambda wish, client: (heard.append(wish.boxes), typed(wish, client)))
+    monkeypatch.setattr(panel, "typed", lambda request, client: (heard.append(request.boxes), typed(request, client)))
     with panel._lock:  # as while it works on something else
         fill(tab, z="99")
         tab.choose("Belongs to", "row 1")
@@ -162,8 +162,13 @@ def test_what_is_typed_stays_where_it_was_typed_when_the_program_is_slow_to_show
 def test_all_that_was_typed_has_come_when_a_frame_is_taken(tab, monkeypatch):
     start(tab, "order")
     panel, there = panel_of(tab), []
-    wish = panel.wish
-    monkeypatch.setattr(panel, "wish", lambda *given: (there.append(panel._fields.texts["distance_cm"]), wish(*given)))
+    take = panel.take_typed
+
+    def take_and_note(*given):
+        there.append(panel._fields.texts["distance_cm"])
+        take(*given)
+
+    monkeypatch.setattr(panel, "take_typed", take_and_note)
     type_row(tab, ["1", "2", "3", "4", "5", "311.4"], 0)
     tab.until(lambda: "Frame 1 is on disk" in words(tab))
     assert there == ["311.4"]

@@ -7,7 +7,7 @@ from dockpose import Dock
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import RECORDINGS_FOLDER, Options
 from dockpose.simulate import render
-from dockpose.sources import Wishes, open_frames
+from dockpose.sources import CaptureSettings, open_frames
 
 from tests.browser.conftest import visit
 from tests.support.cameras import V4l2Camera
@@ -23,7 +23,7 @@ def camera(browser, tmp_path, monkeypatch):
     bright = np.clip(6.0 * picture, 0, 255).astype(np.uint8)
     make = V4l2Camera.make([bright] * 5000, rates_hz=(20.0,), sizes=((640, 480),))
     monkeypatch.setattr(cv2, "VideoCapture", make)
-    options = Options(sessions=tmp_path / "sessions", wishes=Wishes(exposure=120, format="MJPG"))
+    options = Options(sessions=tmp_path / "sessions", capture=CaptureSettings(exposure=120, format="MJPG"))
     with (
         App("0", CAMERA, Dock(0.30, 10), port=0, options=options) as running,
         visit(browser, running, accept_downloads=True) as page,

@@ -14,7 +14,7 @@ import numpy as np
 
 from tests.support.layout import ROOT
 
-CODERS = {"H264": "libx264", "H265": "libx265", "JPEG": "mjpeg"}
+CODERS = {"H264": "libx264", "H265": "libx265"}
 _OPTIONS = {
     "libx264": {"preset": "ultrafast", "tune": "zerolatency", "x264-params": "repeat-headers=1:keyint={}:scenecut=0"},
     "libx265": {
@@ -22,7 +22,6 @@ _OPTIONS = {
         "tune": "zerolatency",
         "x265-params": "repeat-headers=1:keyint={}:scenecut=0:log-level=none",
     },
-    "mjpeg": {"huffman": "default"},
 }
 _IS_LAST = 0x80
 
@@ -39,16 +38,12 @@ class Sender:
     def __init__(self, port: int, coding: str, size: tuple[int, int], rate_hz: float, key_every: int) -> None:
         coder = CODERS[coding]
         options = {name: value.format(key_every) for name, value in _OPTIONS[coder].items()}
-        if coder != "mjpeg":
-            options["crf"] = "20"
+        options["crf"] = "20"
         self._container = av.open(f"rtp://127.0.0.1:{port}?pkt_size=1200", "w", format="rtp")
         rate = Fraction(rate_hz).limit_denominator(1000)
         self._stream: Any = self._container.add_stream(coder, rate=rate, options=options)
         self._stream.width, self._stream.height = size
-        self._stream.pix_fmt = "yuvj420p" if coder == "mjpeg" else "yuv420p"
-        if coder == "mjpeg":
-            self._stream.codec_context.qmin = self._stream.codec_context.qmax = 2
-            self._stream.codec_context.thread_count = 1  # more cut it by marks of which its RTP says nothing
+        self._stream.pix_fmt = "yuv420p"
         self._sent = 0
 
     def send(self, picture: np.ndarray) -> None:

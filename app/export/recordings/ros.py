@@ -188,13 +188,13 @@ def header(time_s: float, frame_id: str) -> dict[str, Any]:
     return {"stamp": {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}, "frame_id": frame_id}
 
 
-def pose_yaml(found: Estimate, time_s: float | None, frame_id: str = FRAME_ID) -> str | None:
-    """Return the chosen pose's message as YAML, None without one; without a ``time_s`` since 1970 the stamp is 0."""
+def pose_yaml(found: Estimate) -> str | None:
+    """Return the chosen pose's message as YAML, None without one."""
     if found.selected is None:
         return None
-    message = pose_message(found.selected, header(time_s or 0.0, frame_id))
-    unknown = "# When the picture was taken is not known: the stamp is 0.\n" if time_s is None else ""
-    return unknown + yaml.safe_dump(message, sort_keys=False, default_flow_style=None)
+    message = pose_message(found.selected, header(0.0, FRAME_ID))
+    note = "# When the picture was taken is not known: the stamp is 0.\n"
+    return note + yaml.safe_dump(message, sort_keys=False, default_flow_style=None)
 
 
 def covariance(pose: CirclePose | BodyPose) -> np.ndarray:

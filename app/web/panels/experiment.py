@@ -46,25 +46,25 @@ class ExperimentPanel(Panel):
         self._drafts: dict[int | None, log_rows.Texts] = {}
         self._page_number, self._said = 1, ""
         self.take = self.trying(self._take)
-        self._heard = deque[int](maxlen=8)  # numbers of wishes to take
+        self._heard = deque[int](maxlen=8)  # numbers of requests to take
         self._add_session()
         self._add_fields()
         self._add_rows()
         self._show_session("")
 
-    def wish(self, wish: Any, client: Client) -> None:
+    def take_typed(self, request: Any, client: Client) -> None:
         """Take a frame with what a browser's boxes say, and tell it that it was heard."""
-        self._heard.append(wish.number)
+        self._heard.append(request.number)
         self.app.live.put(taken=[*self._heard])
         self.app.live.send()
-        self.app.attempt(lambda: self._take(client, wish.boxes), client)
+        self.app.attempt(lambda: self._take(client, request.boxes), client)
 
-    def typed(self, wish: Any, client: Client) -> None:
+    def typed(self, request: Any, client: Client) -> None:
         """Take over what was typed in a browser, for the row that its boxes had then, which may be another by now."""
         with self._lock:
-            if wish.number <= max(self._heard, default=0):
+            if request.number <= max(self._heard, default=0):
                 return  # a frame was taken with it
-            row, typed = _row_of(wish.boxes.get("target", "")), _texts_in(wish.boxes)
+            row, typed = _row_of(request.boxes.get("target", "")), _texts_in(request.boxes)
             if row == self._chosen_row:
                 self._fields.texts |= typed
             elif row in self._drafts:

@@ -12,7 +12,7 @@ from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError
 from dockpose.app.export.recording import ENDING, Recording
 from dockpose.app.inputs.received import safe_name
-from dockpose.app.inputs.sequences import wishes_from
+from dockpose.app.inputs.sequences import capture_from
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.web.html import small
 from dockpose.app.web.page import Page
@@ -68,7 +68,7 @@ class LiveControls(Panel):
             control.visible = is_camera
         if live is not None and is_camera:
             for name, box in self._boxes.items():
-                wished = getattr(live.wishes, name)
+                wished = getattr(live.settings, name)
                 box.value = "" if wished is None else wished if name == "format" else f"{wished:g}"
         self._tell()
 
@@ -85,10 +85,10 @@ class LiveControls(Panel):
     def ask(self) -> None:
         """Ask the camera for what is typed. Raises UserError for what is no number."""
         labels = {name: box["label"] for name, box in self.said["boxes"].items()}
-        wishes = wishes_from({name: box.value for name, box in self._boxes.items()}, labels)
+        capture = capture_from({name: box.value for name, box in self._boxes.items()}, labels)
         live = self._source()
         if live is not None:
-            live.ask(replace(wishes, width=live.wishes.width, height=live.wishes.height))
+            live.ask(replace(capture, width=live.settings.width, height=live.settings.height))
 
     def record(self) -> None:
         """Begin a recording. Raises UserError where it cannot be written."""

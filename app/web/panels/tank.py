@@ -107,7 +107,7 @@ _MOST_CHIPS = 8
 
 
 class ChipsPanel(Panel):
-    """What static/jobs.js shows as chips; a press comes back as a wish that names its chip."""
+    """What static/jobs.js shows as chips; a press comes back as a request that names its chip."""
 
     def __init__(self, app: Page) -> None:
         super().__init__(app)

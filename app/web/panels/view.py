@@ -15,7 +15,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.comparison import histogram_in, thresholds_by
 from dockpose.app.state.changes import with_mask, with_method
 from dockpose.app.web.choices import Change, Client
-from dockpose.app.web.live import Acts, WishBox, data_html, wish_to
+from dockpose.app.web.live import Acts, RequestBox, data_html, request_to
 from dockpose.app.web.page import Page
 from dockpose.app.web.widgets import Panel
 from dockpose.camera.image import to_levels
@@ -58,9 +58,9 @@ class PicturePanel(Panel):
         self._sent: np.ndarray | None = None
         self._is_exact = False
         self._numbers, self._histogram, self._lights, self._truth = HistogramNumbers(), {}, {}, {}
-        show = {wish_to("methods", shown=bool): lambda wish, client: self._show_methods(wish.shown)}
-        wishes = WishBox(self.gui, "Done in the picture", {**acts_in_picture(self.change), **show})
-        self.gui.add_html(f'<dockpose-picture channel="{wishes.channel}" style="{LOOK}"></dockpose-picture>')
+        show = {request_to("methods", shown=bool): lambda request, client: self._show_methods(request.shown)}
+        requests = RequestBox(self.gui, "Done in the picture", {**acts_in_picture(self.change), **show})
+        self.gui.add_html(f'<dockpose-picture channel="{requests.channel}" style="{LOOK}"></dockpose-picture>')
         self.gui.add_html(f'<dockpose-histogram style="{LOOK}"></dockpose-histogram>')
         self._picture, self._methods = self.gui.add_html(""), self.gui.add_html("")
 
@@ -95,13 +95,16 @@ class PicturePanel(Panel):
 def acts_in_picture(change: Change) -> Acts:
     """What is done for a mask that was drawn, in pixels, and for a level to which the threshold was dragged."""
 
-    def mask(wish: Any, client: Client) -> None:
-        change(lambda view: with_mask(view, wish.x, wish.y, wish.width, wish.height), client, reload=True)
+    def mask(request: Any, client: Client) -> None:
+        change(lambda view: with_mask(view, request.x, request.y, request.width, request.height), client, reload=True)
 
-    def level(wish: Any, client: Client) -> None:
-        change(lambda view: with_method(view, "fixed", wish.level), client, reload=True)
+    def level(request: Any, client: Client) -> None:
+        change(lambda view: with_method(view, "fixed", request.level), client, reload=True)
 
-    return {wish_to("mask", x=float, y=float, width=float, height=float): mask, wish_to("level", level=int): level}
+    return {
+        request_to("mask", x=float, y=float, width=float, height=float): mask,
+        request_to("level", level=int): level,
+    }
 
 
 def picture_data(image: np.ndarray, serial: int, is_exact: bool) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dockpose.sources import NO_WISHES, Wishes
+from dockpose.sources import DEFAULT_CAPTURE, CaptureSettings
 from dockpose.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class Options:
     remember_in: Path | None = None  # folder for the last settings and each port's token
     sessions: Path = SESSIONS_FOLDER  # folder for experiments
     view_link: bool = False  # whether there is a second address, for who may look but change nothing
-    wishes: Wishes = NO_WISHES  # what a camera is asked for that was given at the start
+    capture: CaptureSettings = DEFAULT_CAPTURE  # what a camera is asked for that was given at the start
     topic: str | None = None  # of the bag that it starts with
     autopilot: "Autopilot | None" = None  # to which the page may send what it sees
     vehicle: Vehicle | None = None  # that carries the camera

@@ -18,7 +18,7 @@ from dockpose.sources.bags.sqlite_file import SqliteFile
 from dockpose.sources.bags.storage import BAG_METADATA, Message, Place, Storage, Topic
 from dockpose.sources.bags.video import DEFINITIONS, VIDEO, FoxgloveVideo, Packet, Packets
 from dockpose.sources.ffmpeg import picture_of
-from dockpose.sources.frames import Frame, Indexed, SourceError, Tell, growing
+from dockpose.sources.frames import Callback, Frame, Indexed, SourceError, growing
 from dockpose.sources.pictures import numeric
 
 _PACKED = ".zstd"
@@ -166,7 +166,7 @@ def _fields(topic: Topic, data: bytes) -> Any:
 class Bag(Indexed):
     """The pictures of one topic of a bag of ROS 1 or ROS 2, or of the only topic with pictures, each read when due."""
 
-    def __init__(self, source: str, tell: Tell | None = None, topic: str | None = None) -> None:
+    def __init__(self, source: str, tell: Callback | None = None, topic: str | None = None) -> None:
         super().__init__(source, tell)
         self._storages, self._is_unfinished, self._open = opened_files(source)
         try:

@@ -135,16 +135,16 @@ def test_histogram_opens_and_names_level_and_groups():
 
 
 def test_ros_message_is_the_pose():
-    message = yaml.safe_load(pose_yaml(FOUND, 12.25, "tank_cam_optical"))
-    assert message["header"] == {"stamp": {"sec": 12, "nanosec": 250_000_000}, "frame_id": "tank_cam_optical"}
+    message = yaml.safe_load(pose_yaml(FOUND))
+    assert message["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "camera_optical_frame"}
     pose = message["pose"]["pose"]
     transform = FOUND.selected.T_camera_dock
     np.testing.assert_allclose([pose["position"][axis] for axis in "xyz"], transform[:3, 3])
     rotation = Rotation.from_quat([pose["orientation"][axis] for axis in "xyzw"])
     np.testing.assert_allclose(rotation.as_matrix(), transform[:3, :3], atol=1e-12)
     assert len(message["pose"]["covariance"]) == 36
-    assert pose_yaml(NOTHING, 12.25) is None
-    assert pose_yaml(FOUND, None).startswith("# When the picture was taken is not known: the stamp is 0.")
+    assert pose_yaml(NOTHING) is None
+    assert pose_yaml(FOUND).startswith("# When the picture was taken is not known: the stamp is 0.")
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.sequences import SIMULATED, choices, choose, given, is_sequence, sent, simulated, wishes_from
+from dockpose.app.inputs.sequences import SIMULATED, capture_from, choices, choose, given, is_sequence, sent, simulated
 from dockpose.app.processing.following import FrameFollower, chosen_by_track
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import DEFAULT_DOCK, with_first_frame, with_frame
@@ -18,7 +18,7 @@ from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, Pose, Scene
 from dockpose.simulate.optics.water import preset
 from dockpose.simulate.parts import Text
-from dockpose.sources import Simulated, SourceError, Wishes
+from dockpose.sources import CaptureSettings, Simulated, SourceError
 from PIL import Image
 
 from tests.support import bags
@@ -246,15 +246,15 @@ def asked(**values):
 
 
 def test_what_is_left_blank_is_left_to_the_camera():
-    assert wishes_from(asked(), NAMES) == Wishes()
+    assert capture_from(asked(), NAMES) == CaptureSettings()
 
 
 def test_text_and_numbers_are_taken():
     typed = asked(exposure="120", gain=2.5, rate_hz="30", format=" mjpg ")
-    assert wishes_from(typed, NAMES) == Wishes(exposure=120, gain=2.5, rate_hz=30, format="MJPG")
+    assert capture_from(typed, NAMES) == CaptureSettings(exposure=120, gain=2.5, rate_hz=30, format="MJPG")
 
 
 def test_what_is_no_number_is_refused_by_its_name():
     """What else is refused is tried in tests/app/commands/test_arguments.py."""
     with pytest.raises(UserError, match="Exposure is 'long'; it must be a number"):
-        wishes_from(asked(exposure="long"), NAMES)
+        capture_from(asked(exposure="long"), NAMES)

@@ -68,7 +68,7 @@ def test_unknown_host_is_named():
         App(host="no.such.host.invalid")
 
 
-def test_of_what_a_browser_wishes_only_what_it_may_is_done(app, caplog):
+def test_of_what_a_browser_requests_only_what_it_may_is_done(app, caplog):
     with Visitor(app.address) as visitor:
         # What comes for this browser alone would else be queued when it has gone, which is told.
         files = {look["label"] for panel in app.panels for _, look, *_ in panel._uploads}

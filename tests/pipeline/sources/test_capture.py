@@ -4,7 +4,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from dockpose.sources import NO_WISHES, Live, Wishes, camera_number, kind_of, open_frames
+from dockpose.sources import DEFAULT_CAPTURE, CaptureSettings, Live, camera_number, kind_of, open_frames
 from dockpose.sources.kinds import Kind
 
 from tests.support.cameras import V4l2Camera
@@ -14,12 +14,12 @@ GREY = [np.full((480, 640), level, np.uint8) for level in range(0, 250)]
 DEEP = [np.full((480, 640), 257 * level + 3, np.uint16) for level in range(0, 250)]
 
 
-def opened(monkeypatch, wishes, pictures=GREY, source="0", **more):
+def opened(monkeypatch, capture, pictures=GREY, source="0", **more):
     """The source, what it told, and the camera behind it."""
     make = V4l2Camera.make(pictures, rates_hz=more.pop("rates_hz", (10.0, 30.0, 200.0)), **more)
     monkeypatch.setattr(cv2, "VideoCapture", make)
     told = []
-    frames = open_frames(source, told.append, wishes=wishes)
+    frames = open_frames(source, told.append, capture=capture)
     assert isinstance(frames, Live)
     return frames, told, make.last
 
@@ -42,8 +42,8 @@ def test_a_link_to_a_device_names_its_camera(monkeypatch):
 
 
 def test_a_camera_that_gives_all_that_was_asked_says_so(monkeypatch):
-    wishes = Wishes(1280, 720, exposure=50, gain=2, rate_hz=30, format="MJPG")
-    frames, told, camera = opened(monkeypatch, wishes)
+    capture = CaptureSettings(1280, 720, exposure=50, gain=2, rate_hz=30, format="MJPG")
+    frames, told, camera = opened(monkeypatch, capture)
     with frames:
         image = next(iter(frames)).image
     assert frames.about == "1280 x 720 MJPG at 30 frames/s; exposure 50 asked, 50 set; gain 2 asked, 2 set"
@@ -53,35 +53,35 @@ def test_a_camera_that_gives_all_that_was_asked_says_so(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("wishes", "more", "sentence"),
+    ("capture", "more", "sentence"),
     [
-        (Wishes(exposure=50), {"controls": {}}, "camera 0: does not take an exposure of 50 and keeps its own"),
-        (Wishes(gain=7), {"controls": {}}, "camera 0: does not take a gain of 7 and keeps its own"),
-        (Wishes(format="Y16"), {}, "camera 0: does not give Y16 and goes on with YUYV"),
-        (Wishes(rate_hz=60), {}, "camera 0: does not give 60 frames/s and goes on with 30"),
-        (Wishes(800, 600), {}, "camera 0: does not give 800 x 600 and goes on with 640 x 480"),
+        (CaptureSettings(exposure=50), {"controls": {}}, "camera 0: does not take an exposure of 50 and keeps its own"),
+        (CaptureSettings(gain=7), {"controls": {}}, "camera 0: does not take a gain of 7 and keeps its own"),
+        (CaptureSettings(format="Y16"), {}, "camera 0: does not give Y16 and goes on with YUYV"),
+        (CaptureSettings(rate_hz=60), {}, "camera 0: does not give 60 frames/s and goes on with 30"),
+        (CaptureSettings(800, 600), {}, "camera 0: does not give 800 x 600 and goes on with 640 x 480"),
     ],
 )
-def test_what_a_camera_refuses_is_said_once_and_it_goes_on(monkeypatch, wishes, more, sentence):
-    frames, told, _ = opened(monkeypatch, wishes, **more)
+def test_what_a_camera_refuses_is_said_once_and_it_goes_on(monkeypatch, capture, more, sentence):
+    frames, told, _ = opened(monkeypatch, capture, **more)
     with frames:
         assert next(iter(frames)).image.shape == (480, 640, 3)
-        frames.ask(wishes)  # again: nothing new to say
+        frames.ask(capture)  # again: nothing new to say
         time.sleep(0.1)
     assert told == [sentence]
     assert " set" not in frames.about
 
 
 @pytest.mark.parametrize(
-    ("wishes", "pictures", "formats"),
+    ("capture", "pictures", "formats"),
     [
-        (Wishes(format="Y16"), DEEP, ("YUYV", "Y16")),
-        (Wishes(format="GREY"), GREY, ("YUYV", "GREY")),
-        (NO_WISHES, DEEP, ("Y16",)),  # which has nothing else
+        (CaptureSettings(format="Y16"), DEEP, ("YUYV", "Y16")),
+        (CaptureSettings(format="GREY"), GREY, ("YUYV", "GREY")),
+        (DEFAULT_CAPTURE, DEEP, ("Y16",)),  # which has nothing else
     ],
 )
-def test_grey_formats_keep_their_levels(monkeypatch, wishes, pictures, formats):
-    frames, told, _ = opened(monkeypatch, wishes, pictures, formats=formats)
+def test_grey_formats_keep_their_levels(monkeypatch, capture, pictures, formats):
+    frames, told, _ = opened(monkeypatch, capture, pictures, formats=formats)
     with frames:
         frame = next(iter(frames))
     assert (frame.image.dtype, frame.image.shape) == (pictures[0].dtype, (480, 640))
@@ -89,27 +89,27 @@ def test_grey_formats_keep_their_levels(monkeypatch, wishes, pictures, formats):
     assert told == []
 
 
-def test_wishes_are_passed_on_while_it_runs(monkeypatch):
-    frames, _, camera = opened(monkeypatch, Wishes(exposure=50))
+def test_settings_are_passed_on_while_it_runs(monkeypatch):
+    frames, _, camera = opened(monkeypatch, CaptureSettings(exposure=50))
     with frames:
         next(iter(frames))
-        frames.ask(Wishes(exposure=25))
+        frames.ask(CaptureSettings(exposure=25))
         until(lambda: "25 set" in frames.about)
         assert camera.controls[cv2.CAP_PROP_EXPOSURE] == 25
     assert frames.about.endswith("exposure 25 asked, 25 set")
 
 
 def test_a_rate_is_changed_while_it_runs_and_an_exposure_without_interrupting(monkeypatch):
-    wishes = Wishes(640, 480, exposure=50, rate_hz=200, format="MJPG")
-    frames, told, camera = opened(monkeypatch, wishes)
+    capture = CaptureSettings(640, 480, exposure=50, rate_hz=200, format="MJPG")
+    frames, told, camera = opened(monkeypatch, capture)
     with frames:
         next(iter(frames))
-        frames.ask(replace(wishes, exposure=25))
+        frames.ask(replace(capture, exposure=25))
         index = next(iter(frames)).index
         while next(iter(frames)).index < index + 3:
             pass
         assert camera.interruptions == 0
-        frames.ask(replace(wishes, rate_hz=30))
+        frames.ask(replace(capture, rate_hz=30))
         index = next(iter(frames)).index
         while next(iter(frames)).index < index + 3:
             pass
@@ -119,7 +119,7 @@ def test_a_rate_is_changed_while_it_runs_and_an_exposure_without_interrupting(mo
 
 
 def test_times_are_those_of_the_driver_and_of_the_day(monkeypatch):
-    frames, _, camera = opened(monkeypatch, NO_WISHES)
+    frames, _, camera = opened(monkeypatch, DEFAULT_CAPTURE)
     with frames:
         seen = []
         for frame in frames:
@@ -137,7 +137,7 @@ def test_times_are_those_of_the_driver_and_of_the_day(monkeypatch):
 
 
 def test_a_camera_without_stamps_has_the_times_of_arrival(monkeypatch):
-    frames, _, _ = opened(monkeypatch, NO_WISHES)
+    frames, _, _ = opened(monkeypatch, DEFAULT_CAPTURE)
     monkeypatch.setattr(V4l2Camera, "get", lambda self, control: -1.0)
     with frames:
         first = next(iter(frames))

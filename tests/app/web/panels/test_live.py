@@ -11,7 +11,7 @@ from dockpose.app.web.app import App
 from dockpose.app.web.panels.live import recording_path, recording_words
 from dockpose.app.web.server.options import RECORDINGS_FOLDER, Options
 from dockpose.simulate import render
-from dockpose.sources import Arrival, Frame, Wishes, open_frames
+from dockpose.sources import Arrival, CaptureSettings, Frame, open_frames
 
 from tests.support.cameras import V4l2Camera
 from tests.support.clock import until
@@ -27,7 +27,7 @@ def app(tmp_path, monkeypatch):
     picture = render(random_scene(4, camera=SMALL, position_m=(0.0, 0.0, 1.0)))[0]
     make = V4l2Camera.make([picture] * 5000, rates_hz=(50.0,), sizes=((320, 240), (640, 480)))
     monkeypatch.setattr(cv2, "VideoCapture", make)
-    options = Options(sessions=tmp_path / "sessions", wishes=Wishes(exposure=120, format="MJPG"))
+    options = Options(sessions=tmp_path / "sessions", capture=CaptureSettings(exposure=120, format="MJPG"))
     with App("0", SMALL, Dock(0.30, 10), port=0, options=options) as running:
         running.camera = make.last  # pyright: ignore[reportAttributeAccessIssue]
         yield running
@@ -39,7 +39,7 @@ def controls(app):
 
 def test_what_the_camera_took_is_shown_and_can_be_changed(app):
     live = controls(app)
-    assert app.player.frames.wishes.width == 320  # of the tank that is known
+    assert app.player.frames.settings.width == 320  # of the tank that is known
     until(lambda: "320 x 240 MJPG at 50 frames/s; exposure 120 asked, 117 set" in live._words.content)
     assert [live._boxes[name].value for name in ("exposure", "gain", "rate_hz", "format")] == ["120", "", "", "MJPG"]
     live._boxes["exposure"].value, live._boxes["gain"].value = "50", "3"

@@ -26,8 +26,8 @@ def fulfilled(view, text):
     views = []
     nobody: Any = None
     acts = shown.acts_in_picture(lambda function, client, *, reload=False: views.append(function(view)))
-    wish = decoder(acts).decode(text)
-    acts[type(wish)](wish, nobody)
+    request = decoder(acts).decode(text)
+    acts[type(request)](request, nobody)
     return views[0]
 
 
@@ -135,7 +135,7 @@ def test_outside_text_is_escaped(tilted):
     assert json.loads(unescape(text[1]))["name"] == "<img src=x>"
 
 
-def test_wishes_are_carried_out(tilted):
+def test_requests_are_carried_out(tilted):
     settings = fulfilled(tilted.view, '{"do":"level","number":1,"level":77}').settings
     assert (settings.method, settings.level) == ("fixed", 77)
     mask = '{"do":"mask","number":2,"x":-5,"y":10,"width":25,"height":30}'
@@ -152,7 +152,7 @@ def test_wishes_are_carried_out(tilted):
         '{"do":"level","number":1,"level":77,"more":1}',
     ],
 )
-def test_other_wishes_are_refused(tilted, text):
+def test_other_requests_are_refused(tilted, text):
     with pytest.raises(DecodeError):
         fulfilled(tilted.view, text)
 

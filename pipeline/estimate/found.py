@@ -50,8 +50,10 @@ class Found:
     @property
     def leaves_lights(self) -> bool:
         """Whether the ring lacks lights, and groups that are none of them lie along its rim."""
-        ring, ellipse, markers = (self.stages.get(name) for name in ("ring", "ellipse", "markers"))
-        if ellipse is None or not 0 < ring.on_ring.sum() < (ring.lights or 0):
+        if self.status != "ok":
+            return False
+        ring, ellipse, markers = self.stages["ring"], self.stages["ellipse"], self.stages["markers"]
+        if ring.on_ring.sum() >= (ring.lights or 0):
             return False
         others = markers.points_px[~ring.on_ring & ~markers.cut]
         return bool((ellipse.distances(others) < _ALONG_RIM * ellipse.semi_axes_px[0]).any())

@@ -27,6 +27,7 @@ def test_photographs_beside_aruco():
     rows = []
     for job in jobs:
         picture = cv2.imread(str(job.path))
+        assert picture is not None
         scale = min(1.0, WIDEST_PX / picture.shape[1])
         picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
         height, width = picture.shape[:2]

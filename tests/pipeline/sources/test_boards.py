@@ -59,7 +59,10 @@ def test_python_takes_what_the_command_takes(folder):
     by_name = dockpose.calibrate(folder, square_m=SQUARE_M, lens="k2")
     assert by_name.camera.fx == pytest.approx(TRUE.fx, rel=0.02)
     arrays = [(path.name, cv2.imread(str(path), 0)) for path in sorted(folder.glob("*.png"))]
-    assert dockpose.calibrate(arrays, CHESSBOARD, "k2").camera == by_name.camera
+    by_arrays = dockpose.calibrate(arrays, CHESSBOARD, "k2")
+    # OpenCV sums in threads, in whatever order: the last digits of where it converges differ from run to run.
+    rays = [[-0.4, -0.3, 1.0], [0.1, 0.2, 1.0], [0.4, 0.3, 1.0]]
+    np.testing.assert_allclose(by_arrays.camera.project(rays), by_name.camera.project(rays), atol=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import functools
 import itertools
+import json
 import operator
 import threading
 from collections import deque
@@ -19,7 +20,7 @@ from dockpose.app.web.server.viser_private import identity
 
 def data_html(name: str, data: Any) -> str:
     """Return data for an element of static/, which reads it by that name."""
-    text = msgspec.json.encode(data).decode()
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     return f'<dockpose-data name="{name}" hidden>{escape(text, quote=False)}</dockpose-data>'
 
 

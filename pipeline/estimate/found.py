@@ -8,13 +8,13 @@ import numpy as np
 from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, LEAST_PX
 from dockpose.lights.ellipse import MIN_POINTS
 from dockpose.lights.growing import distances
+from dockpose.lights.handmade import ON_RIM
 from dockpose.lights.markers import Markers
 
 # Lights so near their places, so many of them, and so sure not to be chance leave other thresholds little to better:
 # half a pixel is more than noise does to a centre. Of a dock that is built less exactly another is looked at, too; one
 # that shows it to a hundredth of the radius, half of what docks are built to, will do.
 _EXACT_PX, EXACT_OF_AXIS, _MOST_OF, NO_CHANCE = 0.5, 0.01, 0.75, math.log(1e-6)
-_ALONG_RIM = 0.15  # of the major semi-axis, that hands place lamps off the rim, at the most
 # What is accepted among others, over ten: about so many scales are looked at, each with points of its own. Four lights
 # are hardly ever surer than that.
 LITTLE_CHANCE = math.log(ACCEPTED_AMONG_OTHERS / 10)
@@ -56,7 +56,7 @@ class Found:
         if ring.on_ring.sum() >= (ring.lights or 0):
             return False
         others = markers.points_px[~ring.on_ring & ~markers.cut]
-        return bool((ellipse.distances(others) < _ALONG_RIM * ellipse.semi_axes_px[0]).any())
+        return bool((ellipse.distances(others) < ON_RIM * ellipse.semi_axes_px[0]).any())
 
     def has_no_ring_in(self, markers: Markers) -> bool:
         """Whether no ring was found among lights that are these, to what is known of any centre."""

@@ -19,8 +19,9 @@ _TRIALS = 3003  # fives of points: all of fifteen
 _OF_ANY_NUMBER = 150  # of these: those near most points, which are tried with many numbers of lights
 _KEPT = 16  # ellipses, the most promising
 _ROUNDS = 3  # of fitting a pose and looking which points are its lights
-# In radii: how far off the circle a light may lie, which points tell the roll, the least offsets that tell anything.
-_BAND, _ON_RIM, _LEAST_ACROSS, _LEAST_ALONG = 0.25, 0.15, 0.01, 0.02
+# In radii: how far off the circle a light may lie, and points along the rim, which tell the roll; the least offsets that
+# tell anything.
+_BAND, ON_RIM, _LEAST_ACROSS, _LEAST_ALONG = 0.25, 0.15, 0.01, 0.02
 
 
 def handmade_rings(scene: Scene, chosen: np.ndarray, numbers: Sequence[int]) -> list[Candidate]:
@@ -165,7 +166,7 @@ def _placed(flat: np.ndarray, near: float, sides: int, corners: np.ndarray) -> t
     corners[0] = sides
     sine, cosine = 0.0, 0.0
     for k in range(len(flat)):
-        if abs(flat[k, 0]) < _ON_RIM:
+        if abs(flat[k, 0]) < ON_RIM:
             sine += np.sin(sides * flat[k, 1])
             cosine += np.cos(sides * flat[k, 1])
     roll, step = np.arctan2(sine, cosine) / sides, 2 * np.pi / sides

@@ -285,7 +285,7 @@ def test_playing_30_frames_a_second(browser, serve, tmp_path, width, height):
 
 
 def test_playing_a_film_of_a_photographed_ring(browser, serve, tmp_path):
-    """Where the photographs are: as cameras write films, each plays at 28 of 30 frames a second or more."""
+    """Where the photographs are: each film plays at 28 of 30 frames a second or more, on quiet cores."""
     data = Path("../shared/data")
     if not (data / films.MAKER).is_file():
         pytest.skip(f"{data / films.MAKER} is not there")
@@ -299,4 +299,41 @@ def test_playing_a_film_of_a_photographed_ring(browser, serve, tmp_path):
     print()
     for (name, codec), rate in rates.items():
         print(f"{name} as {codec} played at {rate:.1f} of 30 frames/s")
-    assert min(rate for (_, codec), rate in rates.items() if codec == "H.264") >= LEAST_FILM_HZ
+    assert min(rates.values()) >= LEAST_FILM_HZ
+
+
+def test_first_page_with_a_result(browser, serve):
+    times = []
+    for _ in range(3):
+        served = serve()
+        page = browser.new_page(viewport={"width": 1366, "height": 768})
+        page.goto(served.address)
+        page.locator("#candidates tbody tr td").first.wait_for()
+        times.append(time.perf_counter() - served.began)
+        page.close()
+    print(f"\ncommand to first result       | {', '.join(f'{one:.2f}' for one in times)} s (asked {FIRST_PAGE_S:.1f})")
+    assert min(times[1:]) <= FIRST_PAGE_S
+
+
+def test_memory_while_sliders_move(browser, serve, large):
+    served = serve(*large)
+    with opened(browser, served) as page:
+        slider = page.slider("Level (0-255)")
+        slider.focus()
+        began, samples, moves = time.monotonic(), [], 0
+        while (now_s := time.monotonic() - began) < MEMORY_S:
+            for _ in range(20):
+                page.page.keyboard.press("ArrowRight" if moves % 40 < 20 else "ArrowLeft")
+                page.page.wait_for_timeout(70)
+                moves += 1
+            heap = page.page.evaluate("() => performance.memory.usedJSHeapSize / 2 ** 20")
+            samples.append((now_s, served.memory_mb, heap))
+    table = np.array(samples)
+    warm = table[table[:, 0] >= WARM_UP * MEMORY_S]
+    half = len(warm) // 2
+    print(f"\n{moves} moves in {MEMORY_S:.0f} s:  second (s)   server (MB)   page's heap (MB)")
+    for row in table[:: max(1, len(table) // 8)]:
+        print(f"{row[0]:36.0f} {row[1]:13.1f} {row[2]:18.1f}")
+    growth = np.median(warm[half:, 1:], axis=0) - np.median(warm[:half, 1:], axis=0)
+    print(f"growth after the warm-up: server {growth[0]:+.1f} MB, page {growth[1]:+.1f} MB (at most {GROWTH_MB:.0f})")
+    assert growth.max() <= GROWTH_MB

@@ -10,11 +10,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from dockpose import Camera, Dock, estimate
+from dockpose import estimate
 
 from tests.bench import photographs
 
-DATA, WIDEST_PX, FOCAL_OF_WIDTH = Path("../shared/data"), 1280, 1 / 1.1547
+DATA, WIDEST_PX = Path("../shared/data"), 1280
 
 
 def test_photographs_beside_aruco():
@@ -30,9 +30,7 @@ def test_photographs_beside_aruco():
         assert picture is not None
         scale = min(1.0, WIDEST_PX / picture.shape[1])
         picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-        height, width = picture.shape[:2]
-        f = FOCAL_OF_WIDTH * width
-        camera, dock = Camera(f, f, width / 2, height / 2, width, height), Dock(0.3, job.told)
+        camera, dock = photographs.camera_and_dock_of(job, picture.shape[1], picture.shape[0])
         estimate(picture, camera, dock)
         ours = taken_s(partial(estimate, picture, camera, dock), 2)
         tags = taken_s(partial(detector.detectMarkers, picture), 4)

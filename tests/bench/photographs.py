@@ -141,7 +141,7 @@ def run(job: Job) -> Result:
     image = read(job.path)
     if job.altered:
         job, image = _altered(job, image)
-    camera, dock = _camera_and_dock(job, image.shape[1], image.shape[0])
+    camera, dock = camera_and_dock_of(job, image.shape[1], image.shape[0])
     row = estimate(image, camera, dock).to_dict()
     chosen = row["candidates"][row["selected"]] if row["status"] == "ok" else None
     seen, held = False, (None, None)
@@ -177,7 +177,8 @@ def run(job: Job) -> Result:
     )
 
 
-def _camera_and_dock(job: Job, width: int, height: int) -> tuple[Camera, Dock]:
+def camera_and_dock_of(job: Job, width: int, height: int) -> tuple[Camera, Dock]:
+    """The camera that is known, or taken, for a picture of that size, and the dock with the number that is told."""
     if job.set == TANK:
         return camera_and_dock(job.path, None, None)
     if job.set == CHALLENGE:

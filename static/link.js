@@ -47,7 +47,7 @@ export function sendThrough(id) {
   channel = id;
 }
 
-// Tell the program what the operator did. It checks every value; a number tells two equal wishes apart.
+// Tell the program what the operator did. It checks every value; a number tells two equal requests apart.
 export function send(wish) {
   sendTo(channel, wish);
 }

@@ -19,8 +19,8 @@ _TRIALS = 3003  # fives of points: all of fifteen
 _OF_ANY_NUMBER = 150  # of these: those near most points, which are tried with many numbers of lights
 _KEPT = 16  # ellipses, the most promising
 _ROUNDS = 3  # of fitting a pose and looking which points are its lights
-# In radii: how far off the circle a light may lie, and points along the rim, which tell the roll; the least offsets that
-# tell anything.
+# In radii: how far off the circle a light may lie, and points along the rim, which tell the roll; the least offsets
+# that tell anything.
 _BAND, ON_RIM, _LEAST_ACROSS, _LEAST_ALONG = 0.25, 0.15, 0.01, 0.02
 
 

@@ -3,6 +3,8 @@
 import math
 import sys
 from collections.abc import Iterator, Sequence
+from functools import cache
+from itertools import combinations
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -78,9 +80,7 @@ def _through_most(points_px: np.ndarray, tolerance_px: float) -> tuple[Ellipse, 
     """The ellipse through most of some points (M, 2), and which are on it (M,); None where it is through few."""
     middle, scale = points_px.mean(axis=0), max(float(points_px.std()), 1e-9)
     places = np.column_stack([(points_px - middle) / scale, np.ones(len(points_px))])
-    rng = np.random.default_rng(len(points_px))  # the same picture gives the same ring
-    fives = rng.random((_TRIALS, len(points_px))).argpartition(MIN_POINTS, axis=1)[:, :MIN_POINTS]
-    on = _near_best(conics_through(places[fives]), places, tolerance_px / scale)
+    on = _near_best(conics_through(places[fives_of(len(points_px), _TRIALS)]), places, tolerance_px / scale)
     for _ in range(_ROUNDS):
         if on.sum() < LEAST_LIGHTS:
             return None
@@ -93,6 +93,15 @@ def _through_most(points_px: np.ndarray, tolerance_px: float) -> tuple[Ellipse, 
             return None
         on = ellipse.distances(points_px) < max(tolerance_px, TOLERANCE_OF_AXIS * major)
     return (fit_ellipse(points_px[on]), on) if on.sum() >= LEAST_LIGHTS else None
+
+
+@cache
+def fives_of(count: int, most: int) -> np.ndarray:
+    """Fives (T, 5) of so many points: all of them, or so many drawn at random, always the same."""
+    if math.comb(count, MIN_POINTS) <= most:
+        return np.array(list(combinations(range(count), MIN_POINTS)))
+    rng = np.random.default_rng(count)
+    return rng.random((most, count)).argpartition(MIN_POINTS, axis=1)[:, :MIN_POINTS].copy()
 
 
 @compiled

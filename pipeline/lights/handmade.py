@@ -3,13 +3,12 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import combinations
 from operator import attrgetter
 
 import numpy as np
 from dockpose.compiled import compiled
 from dockpose.lights.chance import LEAST_CROWD, Candidate, Scene, accepted
-from dockpose.lights.conics import conics_through
+from dockpose.lights.conics import conics_through, fives_of
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX
 from dockpose.lights.polygon import Polygon, refitted, regular, without_worst
@@ -69,12 +68,8 @@ def _begun(points: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndar
     count = len(points)
     middle, scale = points.mean(axis=0), max(float(points.std()), 1e-9)
     places = np.column_stack([(points - middle) / scale, np.ones(count)])
-    if math.comb(count, MIN_POINTS) <= _TRIALS:
-        fives = np.array(list(combinations(range(count), MIN_POINTS)))
-    else:
-        rng = np.random.default_rng(count)  # the same picture gives the same ring
-        fives = rng.random((_TRIALS, count)).argpartition(MIN_POINTS, axis=1)[:, :MIN_POINTS]
-    corners, mappings = _best_of(conics_through(places[fives]), places, numbers, SMALLEST_RADIUS_PX / scale, _KEPT)
+    conics = conics_through(places[fives_of(count, _TRIALS)])
+    corners, mappings = _best_of(conics, places, numbers, SMALLEST_RADIUS_PX / scale, _KEPT)
     return corners, np.array([[scale, 0, middle[0]], [0, scale, middle[1]], [0, 0, 1]]) @ mappings
 
 

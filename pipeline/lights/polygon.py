@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,7 @@ _TRIALS, _TRIALS_OF_MANY = 80, 24  # triples that are grown, the most promising;
 _FEWER_OF_BRIGHTEST = 4
 # Corners between the first and the second, and the second and the third point of a triple: neighbours; every second
 # corner; one missing between them.
-_STEPS = np.array([(1, 1), (2, 2), (1, 2), (2, 1)])
+_STEPS = ((1, 1), (2, 2), (1, 2), (2, 1))
 _WIDEST_STEP = 4  # where there are few points
 FEW_POINTS = 12  # of so few, all corners and steps can be tried in time
 # The predicted corners and how far from them a point may lie, in spacings: perspective bends what is farther away.
@@ -102,12 +103,11 @@ def _of_alike(
         whole = {len(one.corners) for one in found if len(one.members) >= 0.8 * len(one.corners)}
         for sought in soughts:
             sides = len(sought.unit)
-            steps = np.vstack([_STEPS, _more_steps(sides)]) if is_few else _STEPS
-            steps = steps[steps.sum(axis=1) < sides]
-            some = steps[:1] if is_first else steps[1:]
-            if len(some) and sides not in whole:
-                beyond = _beyond(some, sides, all_corners=is_few)
-                _promising(sought, first, near, some, _inverses(sought.unit, some), beyond, even, best, kept)
+            some = slice(1) if is_first else slice(1, None)
+            steps, beyond = (each[some] for each in _steps_of(sides, is_few))
+            if len(steps) and sides not in whole:
+                inverses = _inverses(sought.unit, steps, 1 if even else sides)
+                _promising(sought, first, near, steps, inverses, beyond, best, kept)
         kept = kept[np.argsort(-best)[: np.count_nonzero(best >= 0)]]
         for sought in soughts:
             triples = np.ascontiguousarray(kept[kept[:, 6] == len(sought.unit), :6])
@@ -142,29 +142,29 @@ def refitted(
     return _polygon(corners, float(squares_px2), mapping, focal_px)
 
 
-def _more_steps(sides: int) -> np.ndarray:
-    """Further steps (S, 2): of the three between points around a ring those two that are no larger than the third."""
+@cache
+def _steps_of(sides: int, is_few: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Steps (S, 2) of triples, and for each the corners (S, K), counted from the first, that judge it; 0 for none.
+
+    Of few points also all pairs of the three steps around a ring that are no larger than the third.
+    """
     each = range(1, _WIDEST_STEP + 1)
-    pairs = [(one, two) for one in each for two in each if max(one, two) <= sides - one - two]
-    return np.array([pair for pair in pairs if list(pair) not in _STEPS.tolist()], dtype=int).reshape(-1, 2)
-
-
-def _beyond(steps: np.ndarray, sides: int, all_corners: bool) -> np.ndarray:
-    """For each pair of steps (S, K) the corners, counted from the first, by which a triple is judged; 0 for none."""
-    wanted = np.zeros((len(steps), max(_MOST_BEYOND, sides - 3)), dtype=np.int64)
-    for row, (one, two) in enumerate(steps.tolist()):
+    more = [(one, two) for one in each for two in each if max(one, two) <= sides - one - two]
+    pairs = [(one, two) for one, two in dict.fromkeys([*_STEPS, *(more if is_few else [])]) if one + two < sides]
+    beyond = np.zeros((len(pairs), max(_MOST_BEYOND, sides - 3)), dtype=np.int64)
+    for row, (one, two) in enumerate(pairs):
         last = one + two
         around = [corner % sides for corner in (-1, last + 1, -2, last + 2)]
-        corners = dict.fromkeys(range(1, sides) if all_corners else around)
+        corners = dict.fromkeys(range(1, sides) if is_few else around)
         kept = [corner for corner in corners if corner not in (0, one, last)]
-        wanted[row, : len(kept)] = kept
-    return wanted
+        beyond[row, : len(kept)] = kept
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2), beyond
 
 
-def _inverses(unit: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """For each pair of steps and first corner, what turns three points into an affine image (S, N, 3, 3)."""
+def _inverses(unit: np.ndarray, steps: np.ndarray, firsts: int) -> np.ndarray:
+    """For each pair of steps and first corner, what turns three points into an affine image (S, F, 3, 3)."""
     sides = len(unit)
-    first = np.arange(sides)[None]
+    first = np.arange(firsts)[None]
     corners = np.stack([first + 0 * steps[:, :1], first + steps[:, :1], first + steps.sum(axis=1)[:, None]], axis=2)
     places = np.concatenate([unit, np.ones((sides, 1))], axis=1)[corners % sides]
     return np.ascontiguousarray(np.linalg.inv(places.transpose(0, 1, 3, 2)))
@@ -188,17 +188,16 @@ def _promising(
     steps: np.ndarray,
     inverses: np.ndarray,
     beyond: np.ndarray,
-    even: bool,
     best: np.ndarray,
     kept: np.ndarray,
 ) -> None:
     """Keep triples, (T, 7) of points, their corners and N, that predict most of the next corners, and most exactly."""
-    points, sides = sought.points, len(sought.unit)
+    points, sides, even = sought.points, len(sought.unit), inverses.shape[1] == 1
     worst = np.argmin(best)
     least = best[worst]
     for step in range(len(steps)):
         one, two, further = steps[step, 0], steps[step, 1], beyond[step]
-        for first in range(1 if even else sides):
+        for first in range(inverses.shape[1]):
             middle, last = (first + one) % sides, (first + one + two) % sides
             inverse = inverses[step, first]
             for row in range(len(middles)):

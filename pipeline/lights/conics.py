@@ -236,25 +236,28 @@ def _planes(ellipse: Ellipse, focal_px: float) -> Iterator[tuple[np.ndarray, np.
         yield np.column_stack([(right_x, 0.0, right_z), down, into]), centre
 
 
+@compiled
 def _phase(angles: np.ndarray, sides: int) -> float:
     """Angle of the first corner of the regular polygon that angles (N,) are nearest to."""
-    return float(np.angle(np.exp(1j * sides * angles).sum())) / sides
+    return np.arctan2(np.sin(sides * angles).sum(), np.cos(sides * angles).sum()) / sides
 
 
+@compiled
 def log_chance_of_spacing(angles: np.ndarray, sides: int, least_filled: float) -> tuple[float, np.ndarray, np.ndarray]:
     """Log of how often chance would fit a number of lights as well, the corner (N,) of each point, and which fit so."""
-    step = 2 * math.pi / sides
-    slot = (angles - _phase(angles, sides)) / step
-    corner_of = np.round(slot)
-    order = np.argsort(np.abs(slot - corner_of), kind="stable")
-    off = np.abs(slot - corner_of)[order]
+    slot = (angles - _phase(angles, sides)) * (sides / (2 * np.pi))
+    nearest = np.rint(slot)
+    off, corner_of = np.abs(slot - nearest), nearest.astype(np.int64) % sides
+    order = np.argsort(off)
     # Some points on the ring may be no lights: of the most exact so many as are least likely by chance.
-    count = len(off)
-    ranks = np.arange(1, count + 1)
-    logs = ranks * np.log(np.minimum(1.0, 2 * np.maximum(off, 1e-3)))
-    few = np.array([math.lgamma(count + 1) - math.lgamma(k + 1) - math.lgamma(count - k + 1) for k in ranks])
-    filled = len(np.unique(corner_of[:count].astype(int) % sides)) / sides
-    fit = np.zeros(count, dtype=bool)
-    fit[order[: 1 + np.argmin(logs + few)]] = True
-    chance = float((logs + few).min())
-    return (chance if filled > least_filled else math.inf), corner_of.astype(int) % sides, fit
+    count, best, chance, ways = len(off), 0, np.inf, 0.0
+    is_filled = np.zeros(sides, np.bool_)
+    for k in range(1, count + 1):
+        ways += np.log((count - k + 1) / k)  # of choosing k of them
+        log = k * np.log(min(1.0, 2 * max(off[order[k - 1]], 1e-3))) + ways
+        if log < chance:
+            best, chance = k, log
+        is_filled[corner_of[k - 1]] = True
+    fit = np.zeros(count, np.bool_)
+    fit[order[:best]] = True
+    return (chance if np.count_nonzero(is_filled) > least_filled * sides else np.inf), corner_of, fit

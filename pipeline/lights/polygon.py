@@ -106,8 +106,7 @@ def _of_alike(
             some = slice(1) if is_first else slice(1, None)
             steps, beyond = (each[some] for each in _steps_of(sides, is_few))
             if len(steps) and sides not in whole:
-                inverses = _inverses(sought.unit, steps, 1 if even else sides)
-                _promising(sought, first, near, steps, inverses, beyond, best, kept)
+                _promising(sought, first, near, steps, beyond, even, best, kept)
         kept = kept[np.argsort(-best)[: np.count_nonzero(best >= 0)]]
         for sought in soughts:
             triples = np.ascontiguousarray(kept[kept[:, 6] == len(sought.unit), :6])
@@ -161,15 +160,6 @@ def _steps_of(sides: int, is_few: bool) -> tuple[np.ndarray, np.ndarray]:
     return np.array(pairs, dtype=np.int64).reshape(-1, 2), beyond
 
 
-def _inverses(unit: np.ndarray, steps: np.ndarray, firsts: int) -> np.ndarray:
-    """For each pair of steps and first corner, what turns three points into an affine image (S, F, 3, 3)."""
-    sides = len(unit)
-    first = np.arange(firsts)[None]
-    corners = np.stack([first + 0 * steps[:, :1], first + steps[:, :1], first + steps.sum(axis=1)[:, None]], axis=2)
-    places = np.concatenate([unit, np.ones((sides, 1))], axis=1)[corners % sides]
-    return np.ascontiguousarray(np.linalg.inv(places.transpose(0, 1, 3, 2)))
-
-
 class _Predicted(NamedTuple):
     """Three points taken for three corners, by which others are predicted."""
 
@@ -186,20 +176,20 @@ def _promising(
     middles: np.ndarray,
     near: np.ndarray,
     steps: np.ndarray,
-    inverses: np.ndarray,
     beyond: np.ndarray,
+    even: bool,
     best: np.ndarray,
     kept: np.ndarray,
 ) -> None:
     """Keep triples, (T, 7) of points, their corners and N, that predict most of the next corners, and most exactly."""
-    points, sides, even = sought.points, len(sought.unit), inverses.shape[1] == 1
+    points, sides = sought.points, len(sought.unit)
     worst = np.argmin(best)
     least = best[worst]
     for step in range(len(steps)):
         one, two, further = steps[step, 0], steps[step, 1], beyond[step]
-        for first in range(inverses.shape[1]):
+        for first in range(1 if even else sides):
             middle, last = (first + one) % sides, (first + one + two) % sides
-            inverse = inverses[step, first]
+            inverse = _inverse_of(sought.unit[np.array([first, middle, last])])
             for row in range(len(middles)):
                 m, beside = middles[row], near[row]
                 for i in beside:
@@ -221,6 +211,16 @@ def _promising(
                             kept[worst] = np.array([i, m, j, first, middle, last, sides])
                             worst = np.argmin(best)
                             least = best[worst]
+
+
+@compiled
+def _inverse_of(places: np.ndarray) -> np.ndarray:
+    """What turns the points at three places (3, 2) into the affine image of their plane (3, 3)."""
+    inverse, (u, v) = np.empty((3, 3)), places.T
+    for k in range(3):
+        one, two = (k + 1) % 3, (k + 2) % 3
+        inverse[k] = v[one] - v[two], u[two] - u[one], u[one] * v[two] - u[two] * v[one]
+    return inverse / inverse[:, 2].sum()
 
 
 @compiled

@@ -65,7 +65,8 @@ def find_ring(
     # Specks, however many, say nothing on the size of lights: those are among the brightest groups.
     area_of_light_px2 = statistics.median(markers.areas_px[order[: dock.lights or MIN_POINTS]].tolist())
     tolerance = tolerance_px(0.0, 2 * math.sqrt(area_of_light_px2 / math.pi))
-    ellipse = ellipse_through(points_px, tolerance)
+    is_more = dock.lights is not None and count > dock.lights
+    ellipse = None if is_more else ellipse_through(points_px, tolerance)
     whole = None
     if ellipse is not None and (lights := spaced_as(points_px, ellipse, dock, density)) is not None:
         whole = Ring(np.ones(count, dtype=bool), f"All {count} groups lie on one ellipse.", ellipse, lights or None)

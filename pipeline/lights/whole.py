@@ -33,8 +33,8 @@ def ellipse_through(points: np.ndarray, tolerance: float) -> Ellipse | None:
 def spaced_as(points: np.ndarray, ellipse: Ellipse, dock: Dock, density: float) -> int | None:
     """Number of lights of the dock that points on an ellipse are spaced as; 0 where it stays open, None for no dock."""
     count = len(points)
-    if dock.lights is not None and (count > dock.lights or dock.angles_deg):
-        return dock.lights if dock.angles_deg and count == dock.lights else None
+    if dock.angles_deg:
+        return dock.lights if count == dock.lights else None
     angles = angles_on(points, ellipse)
     if dock.lights is not None:
         is_every_nth = MIN_POINTS < count < dock.lights and dock.lights % count == 0 and _is_even(angles, count)

@@ -65,7 +65,7 @@ class Found:
             return False
         return float(distances(markers.points_px, own.points_px).min(axis=1).max()) < LEAST_PX
 
-    def knows_better(self, other: "Found") -> bool:
+    def has_better_centres_than(self, other: "Found") -> bool:
         """Whether another look has these lights, worse known, no nearer to an ellipse: if more even, then by luck."""
         if self.status != "ok" or other.status != "ok":
             return False

@@ -88,7 +88,7 @@ def _search_by_light(first: Found, picture: Picture, camera: Camera, dock: Dock,
         found = look(other, picture, camera, dock, settings, kind, looks)
         looks.append(found)
         may_be_it = found.status != "ok" or found.log_chance < least
-        if may_be_it and not best.knows_better(found):  # a builder's errors are no reason for a blurred look
+        if may_be_it and not best.has_better_centres_than(found):  # a builder's errors are no reason for a blurred look
             best = max(best, found, key=Found.rank)
         if best.is_exact(EXACT_OF_AXIS):
             break

@@ -22,8 +22,8 @@ from dockpose.lights.region import ring_in
 from dockpose.lights.ring import Ring
 from dockpose.pixels.bright import SATURATED
 from dockpose.pose.choice import Choice
-from dockpose.pose.detection import detection_of, few_in_words, found_in_words, judged, spaced_alone
-from dockpose.pose.strokes import why_no_lights
+from dockpose.pose.detection import detection_of, evenly_spaced_part, few_in_words, found_in_words, judged
+from dockpose.pose.strokes import reason_not_lamps
 from dockpose.settings import Settings
 from dockpose.thresholds import Histogram, Threshold
 
@@ -65,10 +65,10 @@ def look(
     dock: Dock,
     settings: Settings,
     kind: Kind = "exact",
-    looks: Sequence[Found] = (),
+    earlier: Sequence[Found] = (),
 ) -> Found:
-    """What is found from one threshold on, of rings of a kind; ``looks`` came before it."""
-    status, message, stages = _find_lights(picture, threshold, camera, dock, settings, kind, looks)
+    """What is found from one threshold on, of rings of a kind; ``earlier`` ones came before it."""
+    status, message, stages = _find_lights(picture, threshold, camera, dock, settings, kind, earlier)
     if status != "ok":
         return Found(status, message, stages)
     return Found(*judge_ring(picture, camera, dock, stages))
@@ -85,7 +85,10 @@ def judge_ring(
         dock = msgspec.structs.replace(dock, lights=ring.lights)
     try:
         ellipse, choice, log_chance, reason = _judged(ring, picture, stages["markers"], camera, dock)
-        if choice.lights is None and (alone := spaced_alone(ring, stages["markers"], choice, camera, dock)) is not None:
+        if (
+            choice.lights is None
+            and (alone := evenly_spaced_part(ring, stages["markers"], choice, camera, dock)) is not None
+        ):
             ring = stages["ring"] = alone
             ellipse, choice, log_chance, reason = _judged(ring, picture, stages["markers"], camera, dock)
     except NoEllipseError as error:
@@ -107,7 +110,7 @@ def _find_lights(
     dock: Dock,
     settings: Settings,
     kind: Kind,
-    looks: Sequence[Found],
+    earlier: Sequence[Found],
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages from the threshold to the ring."""
     like, ring = picture.like, None
@@ -136,7 +139,7 @@ def _find_lights(
         found = f"{few_in_words(markers, count)}{small} at level {threshold.level}"
         four = " Four do if the dock's number of lights is given: --lights 4." if count == 4 else ""
         return "too_few_markers", f"{found}; an ellipse needs {MIN_POINTS}.{four}", stages
-    same = next((one for one in looks if one.has_no_ring_in(markers)), None)
+    same = next((one for one in earlier if one.has_no_ring_in(markers)), None)
     if same is not None:
         return same.status, same.message, stages | {"ring": same.stages["ring"]}
     is_new = ring is None
@@ -170,5 +173,5 @@ def _judged(
     # Of another diameter the same lights were looked at before.
     is_known = picture.like is not None and picture.like.status == "ok" and ring is picture.like.ring
     if reason is None and not is_known:
-        reason = why_no_lights(picture.light[0], picture.part[:2], ring, markers, pose, camera, dock)
+        reason = reason_not_lamps(picture.light[0], picture.part[:2], ring, markers, pose, camera, dock)
     return ellipse, choice, log_chance, reason

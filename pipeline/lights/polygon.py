@@ -148,8 +148,8 @@ def _steps_of(sides: int, is_few: bool) -> tuple[np.ndarray, np.ndarray]:
     Of few points also all pairs of the three steps around a ring that are no larger than the third.
     """
     each = range(1, _WIDEST_STEP + 1)
-    more = [(one, two) for one in each for two in each if max(one, two) <= sides - one - two]
-    pairs = [(one, two) for one, two in dict.fromkeys([*_STEPS, *(more if is_few else [])]) if one + two < sides]
+    more = [(one, two) for one in each for two in each if is_few and max(one, two) <= sides - one - two]
+    pairs = [(one, two) for one, two in dict.fromkeys([*_STEPS, *more]) if one + two < sides]
     beyond = np.zeros((len(pairs), max(_MOST_BEYOND, sides - 3)), dtype=np.int64)
     for row, (one, two) in enumerate(pairs):
         last = one + two

@@ -107,7 +107,7 @@ def is_spaced_as(count: int, choice: Choice, dock: Dock) -> bool:
     return dock.lights is None or choice.selected_by != "none" or (choice.coincide and count < MIN_POINTS)
 
 
-def spaced_alone(ring: Ring, markers: Markers, choice: Choice, camera: Camera, dock: Dock) -> Ring | None:
+def evenly_spaced_part(ring: Ring, markers: Markers, choice: Choice, camera: Camera, dock: Dock) -> Ring | None:
     """Return a ring without groups between its lights' places, as some that run together are; None if it is none.
 
     The others must be spaced as chance hardly would, by one of the poses, which nothing told apart.

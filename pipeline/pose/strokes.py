@@ -30,7 +30,7 @@ _OWN = _OWN[np.hypot(*_OWN.T) <= 1]
 _NEIGHBOURS = 1.5  # times the median spacing, within which no light is missing between two
 
 
-def why_no_lights(
+def reason_not_lamps(
     light: np.ndarray,
     corner_px: Sequence[int],
     ring: Ring,

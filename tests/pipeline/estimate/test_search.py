@@ -38,11 +38,11 @@ def look(off_px=0.0, sigma_px: float | None = 0.1, count=6, log_chance=-10.0):
     ],
 )
 def test_centres_that_are_worse_known_are_no_better_for_being_nearer_to_even(other, better):
-    assert look().knows_better(other) == better
+    assert look().has_better_centres_than(other) == better
 
 
 def test_a_look_with_a_light_off_the_rim_does_not_hold_out_against_one_with_all_on_it():
-    assert not look(4.0, 0.1).knows_better(look(0.0, 3.0))
+    assert not look(4.0, 0.1).has_better_centres_than(look(0.0, 3.0))
 
 
 def drawn(lights: int, told: int, off: float = 0.0, seed: int = 0) -> Estimate:

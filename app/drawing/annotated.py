@@ -18,7 +18,7 @@ from dockpose.pose.known import KnownPose, pose_error
 from dockpose.thresholds import LEVELS
 
 LAYERS = (*PARTS, "truth", "scale", "text")
-DRAWN = tuple(layer for layer in LAYERS if layer != "truth")  # unless told otherwise, as on the page
+DRAWN = tuple(layer for layer in LAYERS if layer != "truth")  # by default, as on the page
 
 
 def annotate(

@@ -120,8 +120,8 @@ def _value(line: Any, path: str) -> Any:
     """What stands in a line; None for what does not, as in one of an older version."""
     for key in path.split("/"):
         try:
-            line = line[int(key) if isinstance(line, list) else key]
-        except (KeyError, IndexError, TypeError):
+            line = line[key if isinstance(line, dict) else int(key)]
+        except (LookupError, TypeError, ValueError):
             return None
     return line
 

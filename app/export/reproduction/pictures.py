@@ -24,17 +24,17 @@ def canvas(width_in: float, height_in: float, dpi: float = DPI) -> Figure:
     return new_figure(width_in, height_in, dpi, "constrained")
 
 
-def legend_above(figure: Figure, axes: Axes, ncols: int, **looks: Any) -> None:
+def legend_above(figure: Figure, axes: Axes, ncols: int, **style: Any) -> None:
     """One legend for all axes of a figure, above them."""
     handles = axes.get_legend_handles_labels()
-    figure.legend(*handles, loc="outside upper center", ncols=ncols, frameon=False, **looks)
+    figure.legend(*handles, loc="outside upper center", ncols=ncols, frameon=False, **style)
 
 
 def draw_intervals(
     axes: Axes,
     places: Sequence[float] | np.ndarray,
     shares: Sequence[Mapping[str, Any]],
-    looks: tuple[str, str],
+    style: tuple[str, str],
     *,
     scale: float = 100.0,
     across: bool = False,
@@ -48,12 +48,12 @@ def draw_intervals(
         return
     at, (values, lows, highs) = np.array(places)[known], scale * rows[known].T
     off = np.maximum(0, [values - lows, highs - values])
-    colour, mark = looks
-    style = {"fmt": mark, "color": colour, "ms": 4, "lw": 0.9} | more
+    colour, mark = style
+    drawn = {"fmt": mark, "color": colour, "ms": 4, "lw": 0.9} | more
     if across:
-        axes.errorbar(values, at, xerr=off, **style)
+        axes.errorbar(values, at, xerr=off, **drawn)
     else:
-        axes.errorbar(at, values, yerr=off, **style)
+        axes.errorbar(at, values, yerr=off, **drawn)
 
 
 def ring_part(picture: Picture) -> Box:

@@ -23,15 +23,6 @@ def put_rich(*parts: ConsoleRenderable | str) -> None:
     put_text(captured.get())
 
 
-class TerminalBar(Progress):
-    """A bar that leaves no line where it is disabled, as rich before 14.3 does."""
-
-    def stop(self) -> None:
-        """Take the bar away."""
-        if not self.disable:
-            super().stop()
-
-
 class FrameProgress:
     """Shows how many of ``total`` frames (or scenes, or parts) are done: a bar, or a line every ten seconds."""
 
@@ -44,7 +35,7 @@ class FrameProgress:
         self._began_s = self._said_s = time.monotonic()
         columns = ("{task.description}", BarColumn(), TextColumn("{task.fields[rate]}"), TimeRemainingColumn())
         off = not self._is_terminal
-        self._bar = TerminalBar(*columns, console=console, transient=True, disable=off, redirect_stdout=False)
+        self._bar = Progress(*columns, console=console, transient=True, disable=off, redirect_stdout=False)
         self._task = self._bar.add_task(escape(printable(name)), total=total, rate="")
 
     def __enter__(self) -> "FrameProgress":
@@ -52,7 +43,8 @@ class FrameProgress:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._bar.stop()
+        if self._is_terminal:  # before 14.3 rich leaves a line where the bar is disabled
+            self._bar.stop()
 
     def reach(self, count: int) -> None:
         """Count up to so many; at first, those that an earlier run has done."""

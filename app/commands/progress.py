@@ -3,12 +3,15 @@
 import logging
 import sys
 import time
+from collections.abc import Iterable
 
 from dockpose.app.commands.console import put_text, say
 from dockpose.text import printable
+from rich import box
 from rich.console import Console, ConsoleRenderable
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
 
 _EVERY_S = {True: 0.2, False: 10.0}  # between two reports, to a terminal and elsewhere
 _LOG = logging.getLogger("dockpose")
@@ -21,6 +24,14 @@ def put_rich(*parts: ConsoleRenderable | str) -> None:
         for part in parts:
             console.print(part)
     put_text(captured.get())
+
+
+def table_of_numbers(head: Iterable[str]) -> Table:
+    """An empty table with these columns."""
+    table = Table(box=box.SIMPLE)
+    for name in head:
+        table.add_column(name, justify="right")
+    return table
 
 
 class FrameProgress:

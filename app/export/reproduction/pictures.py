@@ -56,7 +56,7 @@ def draw_intervals(
         axes.errorbar(at, values, yerr=off, **drawn)
 
 
-def ring_part(picture: Picture) -> Box:
+def ring_roi(picture: Picture) -> Box:
     """Left, top, right and bottom of what shows the dock's ring with a margin."""
     ellipse = picture.truth.ellipse
     assert ellipse is not None
@@ -65,10 +65,10 @@ def ring_part(picture: Picture) -> Box:
     return max(0, int(x - half)), max(0, int(y - half)), min(width, int(x + half)), min(height, int(y + half))
 
 
-def show(axes: Axes, image: np.ndarray, title: str, part: Box | None = None, found: Estimate | None = None) -> None:
-    """Show a grey or binarised picture, or a part of it, without ticks, and circle what was found in it."""
+def show(axes: Axes, image: np.ndarray, title: str, roi: Box | None = None, found: Estimate | None = None) -> None:
+    """Show a grey or binarised picture, or a region of it, without ticks, and circle what was found in it."""
     height, width = image.shape
-    left, top, right, bottom = part or (0, 0, width, height)
+    left, top, right, bottom = roi or (0, 0, width, height)
     extent = (left - 0.5, right - 0.5, bottom - 0.5, top - 0.5)
     top_value = 1 if image.dtype == bool else 255
     shown = image[top:bottom, left:right]

@@ -196,7 +196,7 @@ def test_a_part_around_the_ring_fills_the_tiles(scene):
 def test_all_tiles_show_the_part_around_the_first_ring_that_was_found(scene):
     image, hats, none = scene
     found = {"none": none, "hats": hats}
-    np.testing.assert_array_equal(montage(image, found), montage(image, found, part=around_ring(hats)))
+    np.testing.assert_array_equal(montage(image, found), montage(image, found, roi=around_ring(hats)))
 
 
 def test_lights_are_kept(view):

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 from dockpose.app.commands.console import EXIT_ALL_READ, put
-from dockpose.app.commands.progress import put_rich
+from dockpose.app.commands.progress import put_rich, table_of_numbers
 from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.experiment import read_session
@@ -13,8 +13,6 @@ from dockpose.app.export.words import Checked, check_session
 from dockpose.app.inputs.pictures import save_dock
 from dockpose.camera.files import save_camera
 from dockpose.pose.tape import TAPE_M
-from rich import box
-from rich.table import Table
 
 _HEAD = ("row", *QUANTITIES[:3], "distance (cm)", *QUANTITIES[3:])
 _PROTRACTOR_DEG = 0.5
@@ -50,9 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _print(checked: Checked) -> None:
     """What is left, a row each, with its size in standard errors, and the root mean square."""
-    table = Table(box=box.SIMPLE)
-    for name in _HEAD:
-        table.add_column(name, justify="right")
+    table = table_of_numbers(_HEAD)
     fit, angles_deg = checked.fit, checked.angles_off_deg
     left_cm, sigmas_cm = 100 * fit.residuals_m, 100 * fit.sigmas_m
     for index, row in enumerate(checked.rows):

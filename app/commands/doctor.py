@@ -1,5 +1,5 @@
 """``dockpose doctor``: whether all that dockpose needs is there and works, for a report of a fault."""
-# Nothing secret is told: no token, no address, no name but those of packages.
+# Nothing secret is printed: no token, no address, no name but those of packages.
 
 import argparse
 import contextlib

@@ -146,7 +146,7 @@ def _estimate_pictures(
         with workers(how.jobs, how.scheduler) as (executor, at_once):
             for one in split(PictureWork(batch.files), executor, at_once, auto_masks, settings):
                 if one.estimate is None:
-                    batch.skip(one.told)
+                    batch.skip(one.message)
                 else:
                     batch.tell_orientation(one.tag, batch.files[one.index].path)
                     file = batch.files[one.index]
@@ -216,11 +216,11 @@ def _replayed(record: "SessionRecord", row: "Row") -> str:
         raise ValueError(str(error) if str(path) in str(error) else f"{name}: {error}") from error
     if not found:
         return ""
-    told = [f"{name} {_short(stored)} is now {_short(new)}" for name, stored, new in found[:_MOST_NUMBERS]]
+    changes = [f"{name} {_short(stored)} is now {_short(new)}" for name, stored, new in found[:_MOST_NUMBERS]]
     if len(found) > _MOST_NUMBERS:
-        told.append(f"and {len(found) - _MOST_NUMBERS} more")
+        changes.append(f"and {len(found) - _MOST_NUMBERS} more")
     picture_changed = hashlib.sha256(data).hexdigest() != row.sha256
-    return f"{', '.join(told)} ({why_different(line.get('program'), picture_changed)})"
+    return f"{', '.join(changes)} ({why_different(line.get('program'), picture_changed)})"
 
 
 def why_different(program: Any, picture_changed: bool) -> str:

@@ -101,7 +101,7 @@ class _Run:
         self.camera, self._dock = known(source.name, frames.camera, frames.dock)
         self._following = Following(self.camera, self._dock, settings, tell, is_live=frames.is_live)
         self.last: Frame | None = None  # the frame that came last
-        self.skipped = 0  # corrupt frames of which other processes told
+        self.skipped = 0  # corrupt frames that other processes reported
 
     def picture(self, index: int) -> np.ndarray:
         """The picture of the frame that came last, as it is shown."""
@@ -130,7 +130,7 @@ class _Run:
             for found in split(work, executor, at_once, self._following.masks, self._settings):
                 if found.estimate is None:
                     self.skipped += found.skipped
-                    self._tell(found.told)
+                    self._tell(found.message)
                 else:
                     yield found, self._following.follow(found.estimate, found.time_s)
 

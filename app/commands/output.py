@@ -6,8 +6,6 @@ import csv
 import dataclasses
 import functools
 import json
-import os
-import stat
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -23,7 +21,7 @@ from dockpose.app.export.data import CSV_COLUMNS, to_row
 from dockpose.app.export.recordings.ros import PoseFile, Seen
 from dockpose.app.inputs.protected import Protected
 from dockpose.app.state.trust import NO_POSE, Trust, headline_of
-from dockpose.files import write_all, write_whole
+from dockpose.files import GrowingFile, write_all, write_whole
 from dockpose.text import as_text
 
 
@@ -142,28 +140,25 @@ class LineFile:
     """A file that has whole lines only, each on it as soon as it is written."""
 
     def __init__(self, path: str, name: str | None = None) -> None:
-        self._path, self._count, self._end = name or path, 0, 0
-        with writing(self._path):
-            self._file = open(path, "wb", buffering=0)  # noqa: SIM115  # closed by close()
-        self._is_regular = stat.S_ISREG(os.fstat(self._file.fileno()).st_mode)
+        self._name, self._count = name or path, 0
+        with writing(self._name):
+            self._file = GrowingFile(Path(path))
 
     def write(self, text: str) -> None:
         """Write a line with its end; where that fails, the file keeps those before it, and the fault is reported."""
         try:
-            self._end += write_all(self._file, as_text(text).encode())
+            self._file.write(as_text(text).encode())
+            self._file.mark()
         except BrokenPipeError:
             raise
         except OSError as error:
-            kept = ""
-            if self._is_regular:
-                os.ftruncate(self._file.fileno(), self._end)
-                kept = f"; what was written before is kept (lines: {self._count})"
-            raise unwritable(self._path, error, kept=kept) from error
+            kept = self._file.cut()
+            raise unwritable(self._name, error, kept=f"{kept} (lines: {self._count})" if kept else "") from error
         self._count += 1
 
     def close(self) -> None:
         """Close the file."""
-        with writing(self._path):
+        with writing(self._name):
             self._file.close()
 
 

@@ -11,15 +11,13 @@ from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import camera_of, check_least, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, say, status_of
 from dockpose.app.commands.output import Lines, open_lines
-from dockpose.app.commands.progress import FrameProgress, put_rich
+from dockpose.app.commands.progress import FrameProgress, put_rich, table_of_numbers
 from dockpose.app.drawing.numbers import SIGMA_COLUMNS, TOTAL_COLUMNS
 from dockpose.app.errors import UserError, blaming
 from dockpose.app.export.parts import PARTS, reproduce, sentences
 from dockpose.app.export.words import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
 from dockpose.app.processing.study import Study
 from dockpose.study.budget import USUAL_NOISE_PX, Budget, budget, simulated_budget
-from rich import box
-from rich.table import Table
 
 _COLUMNS = (*SIGMA_COLUMNS, "told_apart")
 _TILTS = ",".join(f"{tilt:g}" for tilt in TILTS_DEG)
@@ -58,9 +56,7 @@ def _write(rows: Sequence[tuple[Budget, Budget]], file: Lines) -> None:
 
 
 def _print(camera: Camera, dock: Dock, rows: Sequence[tuple[Budget, Budget]], arguments: argparse.Namespace) -> None:
-    table = Table(box=box.SIMPLE)
-    for name in HEAD:
-        table.add_column(name, justify="right")
+    table = table_of_numbers(HEAD)
     for number, (one, other) in enumerate(rows):
         is_last = number + 1 == len(rows) or rows[number + 1][0].range_m != one.range_m
         table.add_row(*budget_cells(one, other), end_section=is_last)

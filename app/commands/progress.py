@@ -3,12 +3,15 @@
 import logging
 import sys
 import time
+from collections.abc import Iterable
 
 from dockpose.app.commands.console import put_text, say
 from dockpose.text import printable
+from rich import box
 from rich.console import Console, ConsoleRenderable
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
 
 _EVERY_S = {True: 0.2, False: 10.0}  # between two reports, to a terminal and elsewhere
 _LOG = logging.getLogger("dockpose")
@@ -23,13 +26,12 @@ def put_rich(*parts: ConsoleRenderable | str) -> None:
     put_text(captured.get())
 
 
-class TerminalBar(Progress):
-    """A bar that leaves no line where it is disabled, as rich before 14.3 does."""
-
-    def stop(self) -> None:
-        """Take the bar away."""
-        if not self.disable:
-            super().stop()
+def table_of_numbers(head: Iterable[str]) -> Table:
+    """An empty table with these columns."""
+    table = Table(box=box.SIMPLE)
+    for name in head:
+        table.add_column(name, justify="right")
+    return table
 
 
 class FrameProgress:
@@ -44,7 +46,7 @@ class FrameProgress:
         self._began_s = self._said_s = time.monotonic()
         columns = ("{task.description}", BarColumn(), TextColumn("{task.fields[rate]}"), TimeRemainingColumn())
         off = not self._is_terminal
-        self._bar = TerminalBar(*columns, console=console, transient=True, disable=off, redirect_stdout=False)
+        self._bar = Progress(*columns, console=console, transient=True, disable=off, redirect_stdout=False)
         self._task = self._bar.add_task(escape(printable(name)), total=total, rate="")
 
     def __enter__(self) -> "FrameProgress":
@@ -52,7 +54,8 @@ class FrameProgress:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._bar.stop()
+        if self._is_terminal:  # before 14.3 rich leaves a line where the bar is disabled
+            self._bar.stop()
 
     def reach(self, count: int) -> None:
         """Count up to so many; at first, those that an earlier run has done."""

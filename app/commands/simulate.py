@@ -4,14 +4,14 @@ import argparse
 import contextlib
 import csv
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import msgspec
 from dockpose import estimate
 from dockpose.app.commands.console import EXIT_ALL_READ, check_stopped, say
 from dockpose.app.commands.output import LineFile
-from dockpose.app.commands.progress import TerminalBar
+from dockpose.app.commands.progress import FrameProgress
 from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.video import VideoFile, is_video_file
@@ -21,8 +21,6 @@ from dockpose.files import remove
 from dockpose.simulate import Approach, FilmPlan, Lights, RenderedFrame, Scene, film, load_sequence, save_sequence
 from dockpose.simulate.files import TRUTH_COLUMNS, save_picture, truth_row
 from dockpose.simulate.parts import Background
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
 
 _STILL_RATE_HZ = 10.0
 _FRAME_NAME = re.compile(r"frame_(\d+)\.(?:png|yaml)")
@@ -43,9 +41,11 @@ def run(arguments: argparse.Namespace) -> int:
     with writing(f"--out {out}"), contextlib.ExitStack() as files:
         rows, write = _begin(out, table, scene, sequence, files)
         frames = film(sequence, lambda image, camera: estimate(image, camera, sequence.scene.dock).selected)
-        for frame in _with_progress(frames, sequence.frames):
+        progress = files.enter_context(FrameProgress("simulate", total=sequence.frames, unit="pictures"))
+        for frame in frames:
             check_stopped()
             write(frame)
+            progress.step()
             rows.writerow(truth_row(frame))  # after each picture, so that an interrupted run leaves both
     say(f"{count(sequence.frames, 'picture')} in {out}, the truth in {table}")
     return EXIT_ALL_READ
@@ -57,14 +57,6 @@ def _sequence(path: str | None, seed: int | None, frames: int | None) -> FilmPla
     with blaming("--"):
         sequence = sequence if seed is None else sequence.with_seed(seed)
         return sequence if frames is None else sequence.with_frames(frames)
-
-
-def _with_progress(frames: Iterator[RenderedFrame], count: int) -> Iterator[RenderedFrame]:
-    """Pass the pictures on, with a bar on standard error where a person sits before it."""
-    console = Console(stderr=True)
-    columns = ("simulate", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with TerminalBar(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        yield from progress.track(frames, total=count)
 
 
 def _check_files(out: Path, beside: Sequence[Path], sequence: FilmPlan, protected: Protected) -> None:

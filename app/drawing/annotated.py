@@ -18,7 +18,7 @@ from dockpose.pose.known import KnownPose, pose_error
 from dockpose.thresholds import LEVELS
 
 LAYERS = (*PARTS, "truth", "scale", "text")
-DRAWN = tuple(layer for layer in LAYERS if layer != "truth")  # unless told otherwise, as on the page
+DRAWN = tuple(layer for layer in LAYERS if layer != "truth")  # by default, as on the page
 
 
 def annotate(
@@ -113,21 +113,21 @@ _DIM = 0.45  # what a tile keeps of the picture's brightness, beside the pixels 
 _ON_TILES = ("lights", "ellipse")
 _AROUND, _LEAST_HALF_PX = 1.6, 60.0  # of a ring's radius: what is shown around its middle
 
-Part = tuple[int, int, int, int]
+Roi = tuple[int, int, int, int]
 Line = tuple[str, tuple[int, int, int]]
 
 
 def montage(
-    image: Any, estimates: Mapping[str, Estimate], truth: KnownPose | None = None, part: Part | None = None
+    image: Any, estimates: Mapping[str, Estimate], truth: KnownPose | None = None, roi: Roi | None = None
 ) -> np.ndarray:
-    """Put side by side which pixels every method keeps of one part of a picture, and what it found there."""
+    """Put side by side which pixels every method keeps of one region of a picture, and what it found there."""
     if not estimates:
         raise ValueError("estimates is empty; a montage needs at least one")
-    part = part or next(filter(None, map(around_ring, estimates.values())), None)
+    roi = roi or next(filter(None, map(around_ring, estimates.values())), None)
     columns = math.ceil(math.sqrt(len(estimates)))
     rows = math.ceil(len(estimates) / columns)
     width = (WIDTH_PX - (columns + 1) * _GAP_PX) // columns
-    tiles = [_tile(image, name, found, truth, width, part) for name, found in estimates.items()]
+    tiles = [_tile(image, name, found, truth, width, roi) for name, found in estimates.items()]
     height = len(tiles[0])
     sheet = np.full((rows * (height + _GAP_PX) + _GAP_PX, WIDTH_PX, 3), _PAPER, dtype=np.uint8)
     for index, tile in enumerate(tiles):
@@ -155,8 +155,8 @@ def caption(name: str, found: Estimate, truth: KnownPose | None = None) -> list[
     return lines
 
 
-def around_ring(found: Estimate, around: float = _AROUND) -> Part | None:
-    """Return the part of a picture that shows a ring with a margin, 4 to 3; None where no ring was found."""
+def around_ring(found: Estimate, around: float = _AROUND) -> Roi | None:
+    """Return the region of a picture that shows a ring with a margin, 4 to 3; None where no ring was found."""
     if found.ellipse is None:
         return None
     x, y = found.ellipse.centre_px
@@ -166,12 +166,12 @@ def around_ring(found: Estimate, around: float = _AROUND) -> Part | None:
     return (left, top, right, bottom) if left < right and top < bottom else None
 
 
-def _tile(image: Any, name: str, found: Estimate, truth: KnownPose | None, width: int, part: Part | None) -> np.ndarray:
+def _tile(image: Any, name: str, found: Estimate, truth: KnownPose | None, width: int, roi: Roi | None) -> np.ndarray:
     shown = (_DIM * to_bgr8(image)).astype(np.uint8)
     shown[kept_pixels(image, found)] = colours.bgr(colours.ORANGE)
     picture = annotate(shown, found, words=False, layers=_ON_TILES)
-    if part is not None:
-        left, top, right, bottom = part
+    if roi is not None:
+        left, top, right, bottom = roi
         picture = picture[top:bottom, left:right]
     picture = _fitted(picture, width)
     strip = np.full((_LINES * _STEP_PX + _MARGIN_PX, width, 3), _STRIP, dtype=np.uint8)

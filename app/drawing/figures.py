@@ -77,9 +77,9 @@ def picture_figure(
     _draw(axes, estimate, layers, truth)
     entries = len(axes.get_legend_handles_labels()[0])
     legend_in = _MARGIN_IN + _LINE_IN * math.ceil(entries / 2) if entries else 0.0
-    whole = height + legend_in
-    figure.set_size_inches(WIDTH_IN, whole)
-    axes.set_position(((1 - width / WIDTH_IN) / 2, legend_in / whole, width / WIDTH_IN, height / whole))
+    total_in = height + legend_in
+    figure.set_size_inches(WIDTH_IN, total_in)
+    axes.set_position(((1 - width / WIDTH_IN) / 2, legend_in / total_in, width / WIDTH_IN, height / total_in))
     if entries:
         figure.legend(loc="lower center", ncols=2, fontsize=7, frameon=False, borderaxespad=0.2)
     return figure

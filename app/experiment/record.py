@@ -36,15 +36,15 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     number: int  # of the frame, from 1
     time: str  # when it was taken, ISO 8601 with the offset from UTC
     source: str  # name of the picture
-    file: str  # the stored picture, relative to the session's folder, and its checksum
-    sha256: str  # the stored picture, relative to the session's folder, and its checksum
+    file: str  # the stored picture, relative to the session's folder
+    sha256: str  # of the stored picture
     source_sha256: str | None = None  # of the file that the picture came from, where known
     status: str  # of the estimate
-    method: str | None = None  # of the threshold, and the number of lights on the ring
-    level: int | None = None  # of the threshold, and the number of lights on the ring
-    lights: int | None = None  # of the threshold, and the number of lights on the ring
-    pose: str | None = None  # the chosen candidate, and how likely it is
-    probability: float | None = None  # the chosen candidate, and how likely it is
+    method: str | None = None  # of the threshold
+    level: int | None = None
+    lights: int | None = None  # on the ring
+    pose: str | None = None  # the chosen candidate, A or B
+    probability: float | None = None
     x_cm: float | None = None
     y_cm: float | None = None
     z_cm: float | None = None

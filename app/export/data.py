@@ -6,8 +6,9 @@ import json
 import math
 import re
 import unicodedata
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import cv2
@@ -32,37 +33,53 @@ from markupsafe import escape
 if TYPE_CHECKING:
     from dockpose.app.processing.analysis import Analysis
 
-_CANDIDATE_COLUMNS = (*SI_COLUMNS, "probability", "rms_px")
-_TRACK_KEYS = ("probability", "age", "predicted", "lost")
+
+def _keys(before: str, path: str, *keys: str) -> dict[str, str]:
+    """Columns for values below a path, called as they are there."""
+    return {f"{before}{key}": f"{path}{key}" for key in keys}
+
+
+def _list(before: str, path: str, columns: Sequence[str]) -> dict[str, str]:
+    """Columns for the numbers of a list."""
+    return {f"{before}{column}": f"{path}/{place}" for place, column in enumerate(columns)}
+
+
+def _pose(name: str, path: str) -> dict[str, str]:
+    return _list(f"{name}_", f"{path}/position_m", SI_COLUMNS[:3]) | _keys(f"{name}_", f"{path}/", *SI_COLUMNS[3:])
+
+
+def _sigmas(name: str, sigma: str, columns: Sequence[str]) -> dict[str, str]:
+    lengths = _list(f"{name}_", f"{name}/{sigma}_position_m", columns[:3])
+    return lengths | _list(f"{name}_", f"{name}/{sigma}_theta_deg", columns[3:])
+
+
 # One pose of the frame, as other programs take it: the chosen candidate; as the frames before predict it, filtered over
 # the frames up to this one, and smoothed over all frames of the recording.
 _POSES = ("chosen", "predicted", "filtered", "smoothed")
-_VEHICLE = (
-    *("frame", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"),
-    *("sigma_total_x_m", "sigma_total_y_m", "sigma_total_z_m"),
-)
-_GUIDANCE = (
-    *("along_m", "across_m", "above_m", "yaw_off_deg", "pitch_off_deg", "off_axis_deg", "inside_cone", "target"),
-    *("target_x_m", "target_y_m", "target_z_m"),
-)
-_COLUMNS_OF = {
-    **{name.lower(): _CANDIDATE_COLUMNS for name in POSE_NAMES},
-    **{name: (*SI_COLUMNS, *SIGMA_COLUMNS, *TOTAL_COLUMNS) for name in _POSES},
-    **{"vehicle": _VEHICLE, "guidance": _GUIDANCE},
+# Each column of a row, and the keys and places that lead to its value in a line of schema 1.
+_COLUMNS = {
+    **_keys("", "", "source", "frame", "time_s", "time_unix_s", "status"),
+    **_keys("", "threshold/", "method", "level", "groups"),
+    **{"lights_on_ring": "markers", "selected": "selected", "selected_by": "selected_by"},
+    **_pose("a", "candidates/0"),
+    **_keys("a_", "candidates/0/", "probability", "rms_px"),
+    **_pose("b", "candidates/1"),
+    **_keys("b_", "candidates/1/", "probability", "rms_px"),
+    **_keys("track_", "track/", "probability", "age", "predicted", "lost"),
+    **_keys("", "", "elapsed_ms", "message"),
+    **dict(chain(*((_pose(name, name) | _sigmas(name, "sigma", SIGMA_COLUMNS)).items() for name in _POSES))),
+    "smoothed_probability": "smoothed/probability",
+    **dict(chain(*(_sigmas(name, "sigma_total", TOTAL_COLUMNS).items() for name in _POSES))),
+    "vehicle_frame": "vehicle/frame",
+    **_list("vehicle_", "vehicle/position_m", SI_COLUMNS[:3]),
+    **_list("vehicle_", "vehicle/quaternion_xyzw", ("qx", "qy", "qz", "qw")),
+    **_list("vehicle_", "vehicle/sigma_total_position_m", TOTAL_COLUMNS[:3]),
+    **_keys("guidance_", "guidance/", "along_m", "across_m", "above_m", "yaw_off_deg", "pitch_off_deg"),
+    **_keys("guidance_", "guidance/", "off_axis_deg", "inside_cone", "target"),
+    **_list("guidance_target_", "guidance/target_m", SI_COLUMNS[:3]),
+    **{"track_number": "track/number", "found_by": "found_by"},
 }
-CSV_COLUMNS = (
-    *("source", "frame", "time_s", "time_unix_s", "status", "method", "level", "groups", "lights_on_ring"),
-    *("selected", "selected_by"),
-    *(f"{name.lower()}_{column}" for name in POSE_NAMES for column in _CANDIDATE_COLUMNS),
-    *(f"track_{key}" for key in _TRACK_KEYS),
-    *("elapsed_ms", "message"),
-    *(f"{name}_{column}" for name in _POSES for column in (*SI_COLUMNS, *SIGMA_COLUMNS)),
-    "smoothed_probability",
-    *(f"{name}_{column}" for name in _POSES for column in TOTAL_COLUMNS),
-    *(f"vehicle_{column}" for column in _VEHICLE),
-    *(f"guidance_{column}" for column in _GUIDANCE),
-    *("track_number", "found_by"),
-)
+CSV_COLUMNS = tuple(_COLUMNS)
 CSV_HEAD = (
     *("number", "time", "source", "status", "probability", "range_cm"),
     *(f"{kind}{name}" for name in POSE_COLUMNS for kind in ("", "measured_", "error_")),
@@ -92,40 +109,21 @@ def to_csv(lines: Iterable[dict[str, Any]]) -> bytes:
 
 
 def to_row(line: dict[str, Any]) -> dict[str, Any]:
-    """Return the row of one JSON object; what is not known is left out."""
-    threshold, track = line["threshold"] or {}, line.get("track") or {}
-    row: dict[str, Any] = {
-        **{key: line[key] for key in ("source", "frame", "time_s", "status", "selected_by", "elapsed_ms", "message")},
-        "time_unix_s": line.get("time_unix_s"),  # lines of older versions have none
-        **{key: threshold.get(key) for key in ("method", "level", "groups")},
-        "lights_on_ring": sum(marker["on_ring"] is True for marker in line["markers"]),
-        "selected": None if line["selected"] is None else POSE_NAMES[line["selected"]],
-        **{f"track_{key}": track.get(key) for key in _TRACK_KEYS},
-        "track_number": track.get("number"),
-        "found_by": line.get("found_by"),
-        "smoothed_probability": (line.get("smoothed") or {}).get("probability"),
-    }
-    parts: dict[str, Iterable[Any]] = {}  # values in the order of their columns, by what these begin with
-    for name, candidate in zip(POSE_NAMES, line["candidates"], strict=False):
-        parts[name.lower()] = (*candidate["position_m"], *(candidate[key] for key in _CANDIDATE_COLUMNS[3:]))
-    for name in _POSES:
-        if (pose := line.get(name)) is not None:
-            parts[name] = _pose_values(pose)
-    if (body := line.get("vehicle")) is not None:
-        sigmas = body["sigma_total_position_m"] or (None,) * 3
-        parts["vehicle"] = (body["frame"], *body["position_m"], *body["quaternion_xyzw"], *sigmas)
-    if (guidance := line.get("guidance")) is not None:
-        parts["guidance"] = (*(guidance[key] for key in _GUIDANCE[:-3]), *guidance["target_m"])
-    for name, values in parts.items():
-        row |= {f"{name}_{key}": value for key, value in zip(_COLUMNS_OF[name], values, strict=True)}
+    """Return the row of one JSON object; what is not known is None."""
+    row = {column: _value(line, path) for column, path in _COLUMNS.items()}
+    row["lights_on_ring"] = sum(marker["on_ring"] is True for marker in row["lights_on_ring"])
+    row["selected"] = None if row["selected"] is None else POSE_NAMES[row["selected"]]
     return row
 
 
-def _pose_values(pose: dict[str, Any]) -> Iterator[Any]:
-    yield from (*pose["position_m"], pose["theta_x_deg"], pose["theta_y_deg"])
-    for sigma in ("sigma", "sigma_total"):
-        yield from pose.get(f"{sigma}_position_m") or (None,) * 3
-        yield from pose.get(f"{sigma}_theta_deg") or (None,) * 2
+def _value(line: Any, path: str) -> Any:
+    """What stands in a line; None for what does not, as in one of an older version."""
+    for key in path.split("/"):
+        try:
+            line = line[key if isinstance(line, dict) else int(key)]
+        except (LookupError, TypeError, ValueError):
+            return None
+    return line
 
 
 def settings_yaml(analysis: "Analysis") -> str:

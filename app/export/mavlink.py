@@ -155,7 +155,7 @@ class Autopilot:
                 self._answer(self._link.recv(2**12))
 
     def _answer(self, data: bytes) -> None:
-        """Tell our time, which the messages have, to who asks for it."""
+        """Answer requests for the time by our clock, which stamps the messages."""
         try:
             messages = self._mavlink.parse_buffer(data) or []
         except self._names.MAVError:

@@ -149,9 +149,9 @@ def budget_cells(budget: Budget, simulated: Budget | None = None) -> list[str]:
 
 def _numbers(budget: Budget) -> list[str]:
     x, y, z = 100 * budget.sigmas[:3]
-    told = None if budget.tells_apart is None else 100 * budget.tells_apart
+    right = None if budget.tells_apart is None else 100 * budget.tells_apart
     in_all = MISSING if budget.totals is None else _digits(100 * budget.totals[2])
-    return [_digits(max(x, y)), _digits(z), in_all, _digits(max(budget.sigmas[3:])), number(told, 0)]
+    return [_digits(max(x, y)), _digits(z), in_all, _digits(max(budget.sigmas[3:])), number(right, 0)]
 
 
 def _digits(value: float) -> str:
@@ -163,13 +163,13 @@ def budget_sentences(camera: Camera, dock: Dock, noise_px: float = USUAL_NOISE_P
     """Say whose budget it is, and up to where the dock's lights, its range and its attitude can be known."""
     apart = budgets.farthest_apart_m(camera, dock)
     good = budgets.farthest_m(camera, dock, 20.0, noise_px, lambda one: one.sigmas[2] / one.range_m - _GOOD_SHARE)
-    told = {
+    known = {
         tilt: budgets.farthest_m(camera, dock, tilt, noise_px, lambda one: _SURE - (one.tells_apart or 0.5))
         for tilt in (10.0, 20.0)
     }
     return [
         *sentences("budget.txt", "set_up", camera, dock, numbers.length_words(dock.diameter), noise_px),
-        *sentences("budget.txt", "reach", apart, good, _GOOD_SHARE, told, _SURE),
+        *sentences("budget.txt", "reach", apart, good, _GOOD_SHARE, known, _SURE),
     ]
 
 

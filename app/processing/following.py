@@ -106,7 +106,7 @@ class FrameFollower:
 def chosen_by_track(tracked: Tracked) -> Estimate:
     """The frame's estimate, with the pose selected that the track prefers."""
     track, choice, by = tracked.track, tracked.estimate.choice, tracked.selected_by
-    # Where the frames together are in doubt of the pose that this one is sure of, one probability is told: theirs.
+    # Where the frames together doubt the pose that this one is sure of, their probability is reported alone.
     is_doubted = track.probability is not None and track.probability < DECIDED and track.age > 1 and not track.predicted
     if by != "tracking" and not (is_doubted and choice is not None and not choice.coincide):
         return replace(tracked.estimate, message=tracked.message)

@@ -34,7 +34,7 @@ _MOST_ON_WINDOWS = 61  # processes, for which Python can wait there
 
 @dataclass(frozen=True)
 class Found:
-    """The result of a frame; without an estimate ``told`` says why, and ``skipped`` how many frames that stands for."""
+    """The result of a frame; without an estimate ``message`` says why, ``skipped`` of how many frames."""
 
     label: str  # in messages
     index: int
@@ -42,7 +42,7 @@ class Found:
     name: str
     sha256: str | None
     estimate: Estimate | None
-    told: str = ""
+    message: str = ""
     skipped: int = 0
     time_unix_s: float | None = None
     tag: int = 1  # of a picture's orientation
@@ -87,19 +87,19 @@ def found_in(frame: Frame, name: str, found: Estimate) -> Found:
 
 
 def _estimate_frames(work: SequenceWork, start: int, stop: int, settings: Settings) -> list[Found]:
-    source, (frames, told) = work.source, _opened(work)
-    told.clear()
+    source, (frames, messages) = work.source, _opened(work)
+    messages.clear()
     search = Search(work.camera, work.dock)
     done: list[Found] = []
     skipped = frames.skipped
 
     def pass_on(index: int) -> None:
         nonlocal skipped
-        for text in told:
+        for text in messages:
             text = _as_typed(text, [source.source, *map(str, source.paths[start:stop])], work.folder)
             done.append(Found(source.source, index, None, source.source, None, None, text, frames.skipped - skipped))
             skipped = frames.skipped
-        told.clear()
+        messages.clear()
 
     for frame in frames.between(start, stop):
         pass_on(frame.index)
@@ -190,13 +190,13 @@ def _cancel(waiting: deque[Future[list[Found]]]) -> None:
 @functools.lru_cache(maxsize=1)
 def _opened(work: SequenceWork) -> tuple[Frames, list[str]]:
     """A source that stays open in a worker from chunk to chunk, and the list of its messages."""
-    told: list[str] = []
+    messages: list[str] = []
     folder, source = Path(work.folder), work.source
     if source.paths:
         source = replace(source, paths=tuple(folder / path for path in source.paths))
     else:
         source = replace(source, source=str(folder / source.source))
-    return source.open(told.append, grey=not work.dock.colours), told
+    return source.open(messages.append, grey=not work.dock.colours), messages
 
 
 def _leave_interrupts() -> None:

@@ -111,8 +111,8 @@ def count_squares(greys: Iterable[np.ndarray]) -> tuple[int, int] | None:
     for grey in greys:
         size = min(1.0, _LONGEST_PX / max(grey.shape))
         seen = cv2.resize(grey, None, fx=size, fy=size, interpolation=cv2.INTER_AREA)
-        looks = (cv2.findChessboardCornersSBWithMeta(seen, (FEWEST_SQUARES,) * 2, way) for way in _LARGER)
-        meta = next((meta for is_there, _, meta in looks if is_there), None)
+        found_by = (cv2.findChessboardCornersSBWithMeta(seen, (FEWEST_SQUARES,) * 2, way) for way in _LARGER)
+        meta = next((meta for is_there, _, meta in found_by if is_there), None)
         if meta is not None:  # which way it lies differs from picture to picture
             found[max(meta.shape) + 1, min(meta.shape) + 1] += 1
             if max(found.values()) >= _ENOUGH and max(found.values()) > found.total() / 2:
@@ -132,22 +132,24 @@ def find_board(
     even = _evened(grey)
     column, row = np.meshgrid(np.arange(inner[0]), np.arange(inner[1]))
     places = np.column_stack([column.ravel(), row.ravel()]).astype(float)
-    for corners in _looks(grey, even, inner, thorough):
+    for corners in _candidate_corners(grey, even, inner, thorough):
         if _is_whole_board(even, places, corners, inner):
             flat = board.square_m * np.column_stack([places, np.zeros(len(places))])
             return Sighting(name, flat.astype(np.float32), corners, _edge_px(even, corners, inner))
     return None
 
 
-def _looks(grey: np.ndarray, even: np.ndarray, inner: tuple[int, int], thorough: bool) -> Iterator[np.ndarray]:
-    """Corners (N, 2) of what may be the chessboard, row by row, by ever dearer looks; after one only the classic."""
+def _candidate_corners(
+    grey: np.ndarray, even: np.ndarray, inner: tuple[int, int], thorough: bool
+) -> Iterator[np.ndarray]:
+    """Corners (N, 2) of what may be the chessboard, row by row, by ever slower searches; after one only the classic."""
     longest = max(grey.shape)
     scale = min(1.0, _LONGEST_PX / 2 / longest) if longest > _LONGEST_PX else 1.0
-    looks = [(grey, scale, _QUICK), (even, scale, _CLASSIC), (even, scale / 2, _EXHAUSTIVE)]
+    searches = [(grey, scale, _QUICK), (even, scale, _CLASSIC), (even, scale / 2, _EXHAUSTIVE)]
     if thorough:
-        looks.append((even, min(2 * scale, _LARGEST_PX / longest), _EXHAUSTIVE))
+        searches.append((even, min(2 * scale, _LARGEST_PX / longest), _EXHAUSTIVE))
     was_seen = False
-    for image, size, find in looks:
+    for image, size, find in searches:
         if was_seen and find is not _CLASSIC:
             continue
         how = cv2.INTER_AREA if size < 1 else cv2.INTER_CUBIC

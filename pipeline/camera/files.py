@@ -39,7 +39,7 @@ def load_camera(
     Raises
     ------
     FileError
-        If the file cannot be read, is none that is known, or lacks a number or has a wrong one; its kind `NoSizeError`
+        If the file cannot be read, is of no known format, or lacks a number or has a wrong one; its kind `NoSizeError`
         where it does not say for which pictures it is.
     """
     file, wanted = split_name(path)

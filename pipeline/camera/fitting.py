@@ -105,7 +105,7 @@ def fit(sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens) -> Fit
 
 
 def _by_opencv(sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens) -> Fitted:
-    """OpenCV's fit (Zhang 2000), of a fisheye lens from a view of 180 degrees; CalibrationError where it is none."""
+    """OpenCV's fit (Zhang 2000), of a fisheye lens from a view of 180 degrees; CalibrationError where it fails."""
     calibrate: Any = cv2.fisheye.calibrate if lens.fisheye else cv2.calibrateCamera
     kind, focal = np.float64 if lens.fisheye else np.float32, max(size) / np.pi
     start = np.array([[focal, 0, (size[0] - 1) / 2], [0, focal, (size[1] - 1) / 2], [0, 0, 1]])

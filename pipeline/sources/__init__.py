@@ -57,36 +57,11 @@ __all__ = [
 _HOMES = {
     "bags.bag": ("Bag",),
     "exposure": ("ExposureWatch",),
-    "frames": (
-        "Frame",
-        "Frames",
-        "SourceError",
-        "Callback",
-        "read_ahead",
-    ),
-    "kinds": (
-        "BAG_ENDINGS",
-        "DEFAULT_CAPTURE",
-        "VIDEO_ENDINGS",
-        "Kind",
-        "CaptureSettings",
-        "camera_number",
-        "kind_of",
-    ),
-    "live": (
-        "Arrival",
-        "Live",
-    ),
-    "opening": (
-        "Simulated",
-        "open_frames",
-    ),
-    "pictures": (
-        "PICTURE_ENDINGS",
-        "Pictures",
-        "list_pictures",
-        "numeric",
-    ),
+    "frames": ("Frame", "Frames", "SourceError", "Callback", "read_ahead"),
+    "kinds": ("BAG_ENDINGS", "DEFAULT_CAPTURE", "VIDEO_ENDINGS", "Kind", "CaptureSettings", "camera_number", "kind_of"),
+    "live": ("Arrival", "Live"),
+    "opening": ("Simulated", "open_frames"),
+    "pictures": ("PICTURE_ENDINGS", "Pictures", "list_pictures", "numeric"),
     "video": ("Video",),
 }
 

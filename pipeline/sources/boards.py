@@ -107,16 +107,16 @@ def squares_in(sources: Sequence[str]) -> tuple[int, int]:
 
 
 def grey_pictures(paths: Sequence[Path], tell: Callback = lambda text: None) -> Iterator[tuple[str, np.ndarray | None]]:
-    """Names and grey pictures of 8 bits, None for what cannot be read; tags of orientation are told."""
-    told = {1}
+    """Names and grey pictures of 8 bits, None for what cannot be read; ``tell`` hears of tags of orientation."""
+    known = {1}
     for path in paths:
         try:
             image, _, _, tag = read_tagged(path)
         except (OSError, ValueError):
             yield path.name, None
             continue
-        if tag not in told:
-            told.add(tag)
+        if tag not in known:
+            known.add(tag)
             tell(orientation_sentence(tag, str(path)))
         yield path.name, to_levels(to_grey(image))[0]
 

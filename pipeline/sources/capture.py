@@ -45,7 +45,7 @@ class Capture(abc.ABC):
         self.time_s: float | None = None  # by its own clock
         self.unix_at_zero_s: float | None = None  # time of day at the zero of ``time_s``
         self.left_out = 0  # pictures before it, for lack of packets
-        self.is_idle = False  # whether a grab that gives nothing is none that failed
+        self.is_idle = False  # whether a grab that gives nothing was merely too early
 
     def ask(self, settings: CaptureSettings) -> tuple[str, ...]:
         """Set what can be set, and say in words what was refused; of a stream its sender decides."""

@@ -25,8 +25,8 @@ def shifted(
     A spot of the picture (H, W) counts as no brighter than its light.
     """
     across = [max(1, side // cell_px) for side in light.shape]
-    whole = light[: across[0] * cell_px, : across[1] * cell_px]
-    cells = cv2.resize(whole, (across[1], across[0]), interpolation=cv2.INTER_AREA).astype(np.float32)
+    cropped = light[: across[0] * cell_px, : across[1] * cell_px]
+    cells = cv2.resize(cropped, (across[1], across[0]), interpolation=cv2.INTER_AREA).astype(np.float32)
     standing_out = cells - cv2.blur(cells, (2 * _AROUND + 1, 2 * _AROUND + 1))
     standing_out = cv2.dilate(np.maximum(standing_out, 0), np.ones((3, 3), np.uint8))
     steps = math.ceil(reach_px / cell_px)

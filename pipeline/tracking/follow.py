@@ -29,8 +29,8 @@ _WITHIN_PX, _WITHIN_OF_RING = 1.5, 0.025  # by how much a light may be off the m
 _FAR_PX, _FAR_OF_RING = 6.0, 0.1  # from where a light must be that it is sought, at first and after a shift of all
 _MOST_NEAR = 0.75  # share of the lights that were seen which one map must fit, or a shift is tried
 _LEAST_SHARE = 0.5  # of the lights of the ring that was searched
-# A light is hidden where its height is so small a share of what it must be by the others, and not told where its size
-# differs by so many times or noise may have made it.
+# A light is hidden where its height is so small a share of what it must be by the others, and is not measured where its
+# size differs by so many times or noise may have made it.
 _LEAST_HEIGHT, _MOST_SPAN, _LEAST_NOISES = 0.3, 3.0, 4.0
 _DIMMEST = 0.15  # of their former height, that all lights together may fall to from frame to frame
 
@@ -62,7 +62,7 @@ def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | No
     again = _spots(light, places_px, last, within_px)
     spots = again.chosen(near, coarse)
     off_px = np.linalg.norm(spots.points_px - places_px, axis=1)
-    seen = _told(spots, last) & (off_px < within_px) & ~spots.cut
+    seen = _plausible(spots, last) & (off_px < within_px) & ~spots.cut
     seen = _alike(spots, last, seen)
     lights = int((seen & ring).sum())
     if lights < max(LEAST_LIGHTS, math.ceil(_LEAST_SHARE * last.searched)):
@@ -95,8 +95,8 @@ def _associated(
             guess_px = last.points_px - corner_px + (near_px - guesses[1]).mean(axis=0)
             guess_px[ring] = near_px
         spots = _spots(light, guess_px, last, far_px)
-        told = np.where(_told(spots, last)[:, None], spots.points_px, np.nan)
-        if (one := mapped(last.points_px[ring], told[ring], within_px)) is not None:
+        places_px = np.where(_plausible(spots, last)[:, None], spots.points_px, np.nan)
+        if (one := mapped(last.points_px[ring], places_px[ring], within_px)) is not None:
             near = np.zeros(len(ring), dtype=bool)
             near[ring] = one[1]
             if found is None or near.sum() > found[1].sum():
@@ -196,7 +196,7 @@ def _judged(
 def _fitted(
     picture: Picture, markers: Markers, last: Sighting, on_ring: np.ndarray, chosen: np.ndarray, growth: np.ndarray
 ) -> tuple[Markers, np.ndarray]:
-    """Markers with centres fitted from the last shapes on, and the shapes; what was no disc then is none now."""
+    """Markers with centres fitted from the last shapes on, and the shapes; what was not a disc then is not one now."""
     assert last.shapes is not None
     assert last.spreads_px2 is not None
     larger = np.sqrt(growth / last.growth)[chosen]
@@ -224,7 +224,7 @@ def _spots(light: np.ndarray, places_px: np.ndarray, last: Sighting, within_px: 
     return spots_in_windows(light, places_px, np.ceil(far), reach_px_of(last.halves_px))
 
 
-def _told(spots: Spots, last: Sighting) -> np.ndarray:
+def _plausible(spots: Spots, last: Sighting) -> np.ndarray:
     """Which spots (N,) may be lights: clear of noise, and not much larger or smaller than those were."""
     larger = spots.spans_px / (last.spans_px * last.growth)
     is_sized = (larger < _MOST_SPAN**2) & (larger > 1 / _MOST_SPAN**2)

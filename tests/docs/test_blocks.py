@@ -82,10 +82,7 @@ def test_targets_of_make_are_there(words):
 
 @pytest.mark.parametrize(
     "block",
-    [
-        pytest.param(block, id=block.name, marks=[pytest.mark.extra] * ("to_frame" in block.text))  # by pandas
-        for block in blocks_in("python")
-    ],
+    [pytest.param(block, id=block.name) for block in blocks_in("python")],
 )
 def test_programs_run(block, tank, monkeypatch, capsys):
     monkeypatch.chdir(tank)

@@ -35,9 +35,12 @@ def free_port() -> int:
 class Sender:
     """FFmpeg's coder and its RTP, with pictures (H, W, 3) BGR one by one to a port of this machine."""
 
-    def __init__(self, port: int, coding: str, size: tuple[int, int], rate_hz: float, key_every: int) -> None:
+    def __init__(
+        self, port: int, coding: str, size: tuple[int, int], rate_hz: float, key_every: int, more: str = ""
+    ) -> None:
         coder = CODERS[coding]
         options = {name: value.format(key_every) for name, value in _OPTIONS[coder].items()}
+        options[f"{coder.removeprefix('lib')}-params"] += more
         options["crf"] = "20"
         self._container = av.open(f"rtp://127.0.0.1:{port}?pkt_size=1200", "w", format="rtp")
         rate = Fraction(rate_hz).limit_denominator(1000)
@@ -46,30 +49,37 @@ class Sender:
         self._stream.pix_fmt = "yuv420p"
         self._sent = 0
 
-    def send(self, picture: np.ndarray) -> None:
-        frame = av.VideoFrame.from_ndarray(picture, format="bgr24").reformat(format=self._stream.pix_fmt)
-        frame.pts = self._sent
-        self._sent += 1
-        for packet in self._stream.encode(frame):
+    def send(self, picture: np.ndarray | None) -> int:
+        """Send a picture, or with None those that the coder holds back; returns how many are sent."""
+        frame = None
+        if picture is not None:
+            frame = av.VideoFrame.from_ndarray(picture, format="bgr24").reformat(format=self._stream.pix_fmt)
+            frame.pts = self._sent
+            self._sent += 1
+        packets = self._stream.encode(frame)
+        for packet in packets:
             self._container.mux(packet)
+        return len(packets)
 
     def close(self) -> None:
         self._container.close()
 
 
-def datagrams(pictures: Sequence[np.ndarray], coding: str = "H264", key_every: int = 10) -> list[list[bytes]]:
-    """The datagrams of each picture, in their order."""
+def datagrams(
+    pictures: Sequence[np.ndarray], coding: str = "H264", key_every: int = 10, more: str = ""
+) -> list[list[bytes]]:
+    """The datagrams of each picture, in the order in which a coder with some more options sends them."""
     with contextlib.closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as catcher:
         catcher.bind(("127.0.0.1", 0))
         catcher.settimeout(10)
         height, width = pictures[0].shape[:2]
-        sender = Sender(catcher.getsockname()[1], coding, (width, height), 30, key_every)
+        sender = Sender(catcher.getsockname()[1], coding, (width, height), 30, key_every, more)
         found: list[list[bytes]] = []
-        for picture in pictures:
-            sender.send(picture)
-            found.append([])
-            while not found[-1] or not found[-1][-1][1] & _IS_LAST:
-                found[-1].append(catcher.recv(2**16))
+        for picture in (*pictures, None):
+            for _ in range(sender.send(picture)):
+                found.append([])
+                while not found[-1] or not found[-1][-1][1] & _IS_LAST:
+                    found[-1].append(catcher.recv(2**16))
         sender.close()
     return found
 

@@ -151,7 +151,7 @@ def figure_16(seed: int) -> Part:
 
 def _show_levels(axes: Sequence[Axes], picture: Picture, seen: Mapping[str, AtLevel]) -> None:
     """The ring of a picture, and what each level keeps of it, by title."""
-    part = draw.ring_part(picture)
-    show(axes[0], picture.image, "the picture", part)
+    roi = draw.ring_roi(picture)
+    show(axes[0], picture.image, "the picture", roi)
     for one_axes, (title, one) in zip(axes[1:], seen.items(), strict=False):
-        show(one_axes, picture.histogram.levels >= one.level, title, part, one.found)
+        show(one_axes, picture.histogram.levels >= one.level, title, roi, one.found)

@@ -24,17 +24,17 @@ def canvas(width_in: float, height_in: float, dpi: float = DPI) -> Figure:
     return new_figure(width_in, height_in, dpi, "constrained")
 
 
-def legend_above(figure: Figure, axes: Axes, ncols: int, **looks: Any) -> None:
+def legend_above(figure: Figure, axes: Axes, ncols: int, **style: Any) -> None:
     """One legend for all axes of a figure, above them."""
     handles = axes.get_legend_handles_labels()
-    figure.legend(*handles, loc="outside upper center", ncols=ncols, frameon=False, **looks)
+    figure.legend(*handles, loc="outside upper center", ncols=ncols, frameon=False, **style)
 
 
 def draw_intervals(
     axes: Axes,
     places: Sequence[float] | np.ndarray,
     shares: Sequence[Mapping[str, Any]],
-    looks: tuple[str, str],
+    style: tuple[str, str],
     *,
     scale: float = 100.0,
     across: bool = False,
@@ -48,15 +48,15 @@ def draw_intervals(
         return
     at, (values, lows, highs) = np.array(places)[known], scale * rows[known].T
     off = np.maximum(0, [values - lows, highs - values])
-    colour, mark = looks
-    style = {"fmt": mark, "color": colour, "ms": 4, "lw": 0.9} | more
+    colour, mark = style
+    drawn = {"fmt": mark, "color": colour, "ms": 4, "lw": 0.9} | more
     if across:
-        axes.errorbar(values, at, xerr=off, **style)
+        axes.errorbar(values, at, xerr=off, **drawn)
     else:
-        axes.errorbar(at, values, yerr=off, **style)
+        axes.errorbar(at, values, yerr=off, **drawn)
 
 
-def ring_part(picture: Picture) -> Box:
+def ring_roi(picture: Picture) -> Box:
     """Left, top, right and bottom of what shows the dock's ring with a margin."""
     ellipse = picture.truth.ellipse
     assert ellipse is not None
@@ -65,10 +65,10 @@ def ring_part(picture: Picture) -> Box:
     return max(0, int(x - half)), max(0, int(y - half)), min(width, int(x + half)), min(height, int(y + half))
 
 
-def show(axes: Axes, image: np.ndarray, title: str, part: Box | None = None, found: Estimate | None = None) -> None:
-    """Show a grey or binarised picture, or a part of it, without ticks, and circle what was found in it."""
+def show(axes: Axes, image: np.ndarray, title: str, roi: Box | None = None, found: Estimate | None = None) -> None:
+    """Show a grey or binarised picture, or a region of it, without ticks, and circle what was found in it."""
     height, width = image.shape
-    left, top, right, bottom = part or (0, 0, width, height)
+    left, top, right, bottom = roi or (0, 0, width, height)
     extent = (left - 0.5, right - 0.5, bottom - 0.5, top - 0.5)
     top_value = 1 if image.dtype == bool else 255
     shown = image[top:bottom, left:right]

@@ -202,12 +202,12 @@ def _kalibr(content: Fields) -> Iterator[tuple[str, Described]]:
 
 def _orbslam(content: Fields) -> Iterator[tuple[str, Described]]:
     """Settings of ORB-SLAM 2 and 3; the latter numbers its cameras."""
-    whole = {key[7:].lower(): value for key, value in content.items() if key.startswith("Camera.")}
+    shared = {key[7:].lower(): value for key, value in content.items() if key.startswith("Camera.")}
     for name in ("Camera", "Camera1", "Camera2"):
         if f"{name}.fx" in content:
             own = {key.partition(".")[2].lower(): each for key, each in content.items() if key.startswith(f"{name}.")}
-            model = str(whole.get("type", "PinHole"))
-            yield name, _named(own, "" if plain(model) == "rectified" else model, _size(whole))
+            model = str(shared.get("type", "PinHole"))
+            yield name, _named(own, "" if plain(model) == "rectified" else model, _size(shared))
 
 
 def _camodocal(content: Fields) -> Iterator[tuple[str, Described]]:

@@ -73,11 +73,11 @@ def _unpacked(path: Path, folder: Path) -> Path:
     """Expand a file that was compressed as a whole into a folder."""
     import zstandard
 
-    whole = folder / path.stem
+    unpacked = folder / path.stem
     most = storage.MOST_BYTES + _MOST_TIMES * path.stat().st_size
     too_much = SourceError(f"expands to more than {_MOST_TIMES} times its size, as no bag does")
     try:
-        with path.open("rb") as file, whole.open("wb") as target:
+        with path.open("rb") as file, unpacked.open("wb") as target:
             if zstandard.frame_content_size(file.read(32)) > most:  # as far as the file says
                 raise too_much
             file.seek(0)
@@ -88,7 +88,7 @@ def _unpacked(path: Path, folder: Path) -> Path:
                     raise too_much
     except zstandard.ZstdError as error:
         raise SourceError(f"is damaged: {error}") from error
-    return whole
+    return unpacked
 
 
 def _described(folder: Path) -> tuple[list[Path], bool]:

@@ -30,9 +30,9 @@ class RtpCapture(Capture):
         self.is_idle = True
         self._stream: av.VideoStream | None = None
         self._sets: dict[int, bytes] = {}  # with which the stream was opened
-        self._told_s = time.monotonic()
+        self._reported_s = time.monotonic()
         self._is_there = False
-        self._lost = self._left_out = 0  # since they were told
+        self._lost = self._left_out = 0  # since they were last reported
         self._forget_sender()
 
     def _forget_sender(self) -> None:
@@ -91,8 +91,8 @@ class RtpCapture(Capture):
         self._lost, self._ordered.lost = self._lost + self._ordered.lost, 0
         if self._is_there and now_s - self._receiver.heard_s > _SILENT_S:
             self._tell(f"{self._address}: no more packets come, for {_SILENT_S:g} s; they are waited for")
-            self._is_there, self._told_s = False, now_s
-        if now_s - self._told_s < _TELL_EVERY_S:
+            self._is_there, self._reported_s = False, now_s
+        if now_s - self._reported_s < _TELL_EVERY_S:
             return
         if not self._is_there:
             hears, port = now_s - self._receiver.heard_s < _SILENT_S, self._described.port
@@ -100,7 +100,7 @@ class RtpCapture(Capture):
             self._tell(f"{self._address}: {sentence if hears else f'nothing comes to UDP port {port}'}")
         elif self._lost or self._left_out:
             self._tell(f"{self._address}: {self._lost} packets were lost, and {self._left_out} pictures are left out")
-        self._told_s, self._lost, self._left_out = now_s, 0, 0
+        self._reported_s, self._lost, self._left_out = now_s, 0, 0
 
 
 def _stream_of(data: bytes, codec: str) -> av.VideoStream:

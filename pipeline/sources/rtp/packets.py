@@ -34,7 +34,7 @@ def is_multicast(host: str) -> bool:
 
 
 def packet_in(data: bytes) -> Packet | None:
-    """The packet in a datagram; None for what is none, and for the sender's reports (RTCP)."""
+    """The packet in a datagram; None for other data, and for the sender's reports (RTCP)."""
     if len(data) < 12 or data[0] >> 6 != 2 or 200 <= data[1] <= 204:
         return None
     at, end = 12 + 4 * (data[0] & 15), len(data) - (data[-1] if data[0] & 0x20 else 0)

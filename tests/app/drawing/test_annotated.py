@@ -121,7 +121,7 @@ def shows_kept_pixels(tile, image, found, part):
 def test_there_is_a_tile_a_method_in_order(scene):
     image, hats, none = scene
     whole = (0, 0, 640, 480)
-    sheet = montage(image, {"hats": hats, "none": none, "again": hats}, part=whole)
+    sheet = montage(image, {"hats": hats, "none": none, "again": hats}, roi=whole)
     assert sheet.dtype == np.uint8
     # Two columns of 788 pixels, their pictures 591 high, and strips of 4 lines of 21 with a margin of 8.
     height = 591 + 92
@@ -187,7 +187,7 @@ def test_a_part_around_the_ring_fills_the_tiles(scene):
     assert (ring > [left, top]).all()
     assert (ring < [right, bottom]).all()
     assert around_ring(none) is None
-    sheet = montage(image, {"hats": hats}, part=part)
+    sheet = montage(image, {"hats": hats}, roi=part)
     # One column of 1584 pixels; the part is as wide as 4 to 3, so that its picture is 1188 high, give or take a pixel.
     height = round(1584 * (bottom - top) / (right - left))
     assert shows_kept_pixels(sheet[8 : 8 + height, 8 : 8 + 1584], image, hats, part)
@@ -196,7 +196,7 @@ def test_a_part_around_the_ring_fills_the_tiles(scene):
 def test_all_tiles_show_the_part_around_the_first_ring_that_was_found(scene):
     image, hats, none = scene
     found = {"none": none, "hats": hats}
-    np.testing.assert_array_equal(montage(image, found), montage(image, found, part=around_ring(hats)))
+    np.testing.assert_array_equal(montage(image, found), montage(image, found, roi=around_ring(hats)))
 
 
 def test_lights_are_kept(view):

@@ -54,11 +54,11 @@ def watched():
         yield open_
 
 
-def sent(coding: str, count: int = 12, key_every: int = 5) -> list[list[bytes]]:
+def sent(coding: str, count: int = 12, key_every: int = 5, more: str = "") -> list[list[bytes]]:
     """Pictures of several packets each, since there is noise in them."""
     noise = np.random.default_rng(5).integers(-30, 31, (count, 120, 160, 3))
     noisy = [(picture(number) + noise[number]).astype(np.uint8) for number in range(count)]
-    found = datagrams(noisy, coding, key_every)
+    found = datagrams(noisy, coding, key_every, more)
     assert min(map(len, found)) > 2
     return found
 
@@ -88,6 +88,17 @@ def test_what_cannot_be_decoded_is_left_out_with_all_that_needs_it(watched):
     for number, parts in enumerate(sent("H264")[4:], 4):
         stream.send([data[:14] + bytes(len(data) - 14) for data in parts] if number == 7 else parts)
     assert [stream.next() for _ in range(4)] == [5, 6, 10, 11]
+
+
+def test_a_key_picture_brings_no_older_one_out_that_the_decoder_held_back(watched, monkeypatch):
+    # Of a sender whose pictures need later ones, the decoder holds each key picture back, so that none comes in time.
+    monkeypatch.setattr("dockpose.sources.rtp.packets._NEW_SENDER_S", 0.0)
+    stream = watched()
+    for parts in sent("H264", more=":bframes=1:b-adapt=0"):
+        stream.send(parts)
+    for parts in sent("H264")[9:]:
+        stream.send([restarted(data, 12345) for data in parts])
+    assert stream.next() == 10  # 5 without the flush, which is the key picture before the one that is decoded
 
 
 def test_a_sender_that_stops_and_comes_back_anew_is_followed_and_said(watched, monkeypatch):

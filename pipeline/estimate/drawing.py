@@ -1,17 +1,16 @@
 """The drawing of an estimate over its picture: the lights, the ellipse, both poses and the centres."""
 
-from __future__ import annotations
-
 import weakref
 from collections.abc import Callable, Collection
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import cv2
 import numpy as np
 from dockpose.camera.image import ImageError, read, to_grey
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import Canvas, to_bgr8
+from dockpose.estimate.reached import Stages
 from dockpose.palette import (
     DROPPED_COLOUR,
     ELLIPSE_COLOUR,
@@ -20,11 +19,8 @@ from dockpose.palette import (
     POSE_NAMES,
     TEXT_COLOUR,
 )
-
-if TYPE_CHECKING:
-    from dockpose.estimate.result import Estimate
-    from dockpose.pose.circle import CirclePose
-    from dockpose.pose.known import KnownPose
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.known import KnownPose
 
 PARTS = ("lights", "ellipse", "a", "b")
 _LEAST_RADIUS = 6.0  # of a light's circle, in units of the canvas
@@ -41,7 +37,7 @@ def picture_of(image: Any, path: Path | None) -> Callable[[], Any]:
         return lambda: None
 
 
-def draw(found: Estimate) -> np.ndarray:
+def draw(found: Stages) -> np.ndarray:
     """Draw an estimate over its picture, (H, W, 3) BGR, or over black where that is gone."""
     canvas = Canvas(_background(found))
     draw_parts(canvas, found)
@@ -53,7 +49,7 @@ def draw(found: Estimate) -> np.ndarray:
     return cv2.resize(canvas.pixels, size, interpolation=cv2.INTER_AREA)
 
 
-def draw_parts(canvas: Canvas, found: Estimate, parts: Collection[str] = PARTS) -> None:
+def draw_parts(canvas: Canvas, found: Stages, parts: Collection[str] = PARTS) -> None:
     """Draw those of ``PARTS``: the ellipse's centre goes with the ellipse, the dock's with the chosen pose."""
     named = zip(POSE_NAMES, found.candidates, POSE_COLOURS, strict=False)
     shown = [(name, pose, colour) for name, pose, colour in named if name.lower() in parts]
@@ -72,7 +68,7 @@ def draw_parts(canvas: Canvas, found: Estimate, parts: Collection[str] = PARTS) 
 
 
 def draw_pose(
-    canvas: Canvas, found: Estimate, pose: CirclePose | KnownPose, name: str, colour: str, *, width: float
+    canvas: Canvas, found: Stages, pose: CirclePose | KnownPose, name: str, colour: str, *, width: float
 ) -> None:
     """Draw the dock's rim, axes and normal as they are by a pose, with its name right of the normal's tip or left."""
     rim, axes, normal = geometry.pose_lines(pose, found)
@@ -85,18 +81,18 @@ def draw_pose(
         canvas.text(name, normal[1] + (right, 5 * canvas.unit), colour, 0.55)
 
 
-def png(found: Estimate) -> bytes:
+def png(found: Stages) -> bytes:
     """Return the drawing as a PNG file."""
     return cv2.imencode(".png", draw(found))[1].tobytes()
 
 
-def _draw_line(canvas: Canvas, found: Estimate, points: np.ndarray, colour: str, width: float = 1.0) -> None:
+def _draw_line(canvas: Canvas, found: Stages, points: np.ndarray, colour: str, width: float = 1.0) -> None:
     """Draw a line that stops short of the lights, so that they are seen."""
     for piece in geometry.beside_lights(points, found, _LEAST_RADIUS * canvas.unit):
         canvas.polyline(piece, colour, width)
 
 
-def _draw_lights(canvas: Canvas, found: Estimate) -> None:
+def _draw_lights(canvas: Canvas, found: Stages) -> None:
     if found.markers is None:
         return
     points = found.markers.points_px
@@ -112,7 +108,7 @@ def _draw_lights(canvas: Canvas, found: Estimate) -> None:
         canvas.text(label, (middle[0] - width / 2, middle[1] + height / 2), size=0.45)
 
 
-def _background(found: Estimate) -> np.ndarray:
+def _background(found: Stages) -> np.ndarray:
     """The picture in grey, or black."""
     try:
         image = None if found.picture is None else found.picture()

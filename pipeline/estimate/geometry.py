@@ -1,16 +1,11 @@
 """Where parts of an estimate lie in the picture, in pixels: the ellipse, the dock's circle and axes by each pose."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+from dockpose.estimate.reached import Stages
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
-
-if TYPE_CHECKING:
-    from dockpose.estimate.result import Estimate
 
 _BAR_SHARE = 0.25  # of the picture's width, at most
 _CIRCLE_RADII = 1.6  # of a light: nothing but the light is to be seen in the circle around it
@@ -19,7 +14,7 @@ _ANGLES = np.linspace(0, 2 * np.pi, 120, endpoint=False)
 _ON_CIRCLE = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
 
-def in_picture(estimate: Estimate, points_px: np.ndarray) -> np.ndarray:
+def in_picture(estimate: Stages, points_px: np.ndarray) -> np.ndarray:
     """Where points (N, 2) of the undistorted picture appear in the picture; behind a port, in the chosen plane."""
     camera, pose = estimate.camera, estimate.selected
     if camera.port is None or pose is None:
@@ -28,12 +23,12 @@ def in_picture(estimate: Estimate, points_px: np.ndarray) -> np.ndarray:
     return camera.project(rays * ((pose.position_m @ pose.normal) / (rays @ pose.normal))[:, None])
 
 
-def outline(estimate: Estimate) -> np.ndarray | None:
+def outline(estimate: Stages) -> np.ndarray | None:
     """Return points (240, 2) on the ellipse; None where there is none."""
     return None if estimate.ellipse is None else in_picture(estimate, estimate.ellipse.points(240))
 
 
-def centres(estimate: Estimate) -> tuple[np.ndarray | None, np.ndarray | None]:
+def centres(estimate: Stages) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Return the ellipse's centre and the dock's centre by the chosen pose, each (2,) or None."""
     ellipse, pose = estimate.ellipse, estimate.selected
     return (
@@ -42,7 +37,7 @@ def centres(estimate: Estimate) -> tuple[np.ndarray | None, np.ndarray | None]:
     )
 
 
-def pose_lines(pose: CirclePose | KnownPose, estimate: Estimate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def pose_lines(pose: CirclePose | KnownPose, estimate: Stages) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a pose's circle (120, 2), and the ends of two diameters (2, 2, 2) and of its normal (2, 2), in pixels.
 
     NaN for what is behind the camera.
@@ -54,20 +49,20 @@ def pose_lines(pose: CirclePose | KnownPose, estimate: Estimate) -> tuple[np.nda
     return points_px[:-6], points_px[-6:-2].reshape(2, 2, 2), points_px[-2:]
 
 
-def on_ring(estimate: Estimate) -> np.ndarray:
+def on_ring(estimate: Stages) -> np.ndarray:
     """Return for each group (N,) bool whether it is a light on the ring."""
     if estimate.markers is None:
         return np.zeros(0, dtype=bool)
     return np.zeros(len(estimate.markers), dtype=bool) if estimate.ring is None else estimate.ring.on_ring
 
 
-def light_radii(estimate: Estimate, least_px: float = 0.0) -> np.ndarray:
+def light_radii(estimate: Stages, least_px: float = 0.0) -> np.ndarray:
     """Return the radius (N,) in pixels of the circle around each group."""
     areas_px = np.zeros(0) if estimate.markers is None else estimate.markers.areas_px
     return np.maximum(_CIRCLE_RADII * np.sqrt(areas_px / math.pi), least_px)
 
 
-def beside_lights(points: np.ndarray, estimate: Estimate, least_px: float) -> list[np.ndarray]:
+def beside_lights(points: np.ndarray, estimate: Stages, least_px: float) -> list[np.ndarray]:
     """Return what is left of a line through points (N, 2) outside of the lights' circles: pieces (K, 2) of it."""
     if estimate.markers is None:
         return [points]
@@ -106,7 +101,7 @@ def _free_shares(start: np.ndarray, way: np.ndarray, centres: np.ndarray, radii:
     return free
 
 
-def light_labels(estimate: Estimate) -> list[tuple[int, str, np.ndarray]]:
+def light_labels(estimate: Stages) -> list[tuple[int, str, np.ndarray]]:
     """Return for each light on the ring the index of its group, its number from 1, and the way (2,) out of the ring."""
     lights = on_ring(estimate)
     if estimate.markers is None or not lights.any():
@@ -118,7 +113,7 @@ def light_labels(estimate: Estimate) -> list[tuple[int, str, np.ndarray]]:
     return [(index, str(labels[index] + 1), outward[index]) for index in np.flatnonzero(lights).tolist()]
 
 
-def scale_bar(estimate: Estimate) -> tuple[float, float] | None:
+def scale_bar(estimate: Stages) -> tuple[float, float] | None:
     """Return a round length at the dock's distance, in metres and in pixels; None where there is no pose."""
     pose = estimate.selected
     if pose is None:

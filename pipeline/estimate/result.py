@@ -1,34 +1,26 @@
 """What was found in one picture, and how it is reported: as a JSON object, a table, a sentence and a picture."""
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass
 from typing import Any
 
 import msgspec
 import numpy as np
-from dockpose.camera.camera import Camera
-from dockpose.dock import Dock
 from dockpose.estimate import drawing
+from dockpose.estimate.reached import Stages
 from dockpose.guidance import guided
-from dockpose.lights.ellipse import Ellipse, NoEllipseError
-from dockpose.lights.markers import Markers
-from dockpose.lights.ring import Ring
+from dockpose.lights.ellipse import NoEllipseError
 from dockpose.palette import POSE_NAMES
-from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.solve import find_poses
-from dockpose.settings import Settings
 from dockpose.text import InputError
-from dockpose.thresholds import Threshold
 from dockpose.vehicle import Vehicle
 
 SCHEMA = 1
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Estimate(Stages):
     """Everything that was found in one picture, and how far the search came.
 
     Attributes
@@ -58,25 +50,6 @@ class Estimate:
         alive, and is left behind where the estimate is pickled.
     """
 
-    status: str
-    message: str
-    width: int
-    height: int
-    bits: int
-    camera: Camera
-    dock: Dock
-    settings: Settings
-    threshold: Threshold | None = None
-    markers: Markers | None = None
-    ring: Ring | None = None
-    ellipse: Ellipse | None = None
-    choice: Choice | None = None
-    detection: float | None = None
-    elapsed_ms: float = 0.0
-    found_by: str = "search"
-    in_white: bool = False
-    picture: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
-
     def __repr__(self) -> str:
         pose = self.selected
         level = "" if self.threshold is None else f" level {self.threshold.level}"
@@ -95,11 +68,11 @@ class Estimate:
         return self.__dict__ | {"picture": None}
 
     def _repr_png_(self) -> bytes:
-        return drawing.png(self)  # pyright: ignore[reportArgumentType]  # knows the file twice
+        return drawing.png(self)
 
     def draw(self) -> np.ndarray:
         """Draw lights, ellipse and poses, (H, W, 3) BGR of at most 1200 px a side; on black if the picture is gone."""
-        return drawing.draw(self)  # pyright: ignore[reportArgumentType]  # knows the file twice
+        return drawing.draw(self)
 
     def to_frame(self) -> Any:
         """The candidates as a pandas DataFrame, a row each, units in the columns' names; ValueError without pandas."""
@@ -110,32 +83,6 @@ class Estimate:
         names = POSE_NAMES[: len(self.candidates)] or ("",)
         poses = self.candidates or (None,)
         return pandas.DataFrame([self._row(name, pose) for name, pose in zip(names, poses, strict=True)])
-
-    @cached_property
-    def candidates(self) -> tuple[CirclePose, ...]:
-        """The two poses, the likelier first; empty where there are none."""
-        return () if self.choice is None else self.choice.candidates
-
-    @cached_property
-    def selected(self) -> CirclePose | None:
-        """The chosen pose."""
-        return None if self.choice is None else self.choice.candidates[self.choice.selected]
-
-    @property
-    def lights_on_ring(self) -> int | None:
-        """How many groups are lights on the ring; None where the search did not come so far."""
-        return None if self.ring is None else int(self.ring.on_ring.sum())
-
-    def light_numbers(self) -> list[int | None]:
-        """For each marker the number of the light that it is; None where it is not a light, or unknown."""
-        if self.markers is None:
-            return []
-        numbers: list[int | None] = [None] * len(self.markers)
-        if self.ring is not None and self.choice is not None and self.choice.lights is not None:
-            markers = np.flatnonzero(self.ring.on_ring).tolist()
-            for marker, light in zip(markers, self.choice.lights.tolist(), strict=True):
-                numbers[marker] = light
-        return numbers
 
     def to_dict(
         self,

@@ -33,12 +33,8 @@ TABS: dict[str, tuple[type[Panel], ...]] = {
     "Log": (ExperimentPanel,),
     "Export": (ExportPanel,),
 }
-# Which panels show a result before its data are sent, and after; the most urgent first.
+# Which panels show a result before its data are sent, the most urgent first; all others after.
 FIRST = GuidancePanel, PicturePanel, SequencePanel, ChipsPanel, DetectPanel, PosePanel
-LATER = (
-    *(SourcePanel, SimulatorPanel, *TABS["Tank"], SettingsPanel, ExperimentPanel, ExportPanel),
-    *(ViewpointPanel, ComparePanel),
-)
 Kind = TypeVar("Kind", bound=Panel)
 
 
@@ -49,7 +45,7 @@ class Layout:
         self._made: dict[type[Panel], Any] = {}
         self._add_pictures(app, app.server.gui)
         self._add_controls(app, app.server.gui)
-        self.panels: list[Panel] = [self._made[kind] for kind in (*FIRST, *LATER)]
+        self.panels: list[Panel] = [self._made[kind] for kind in dict.fromkeys((*FIRST, *self._made))]
         self.until_sent = len(FIRST)
 
     def of(self, kind: type[Kind]) -> Kind:

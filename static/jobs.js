@@ -64,7 +64,7 @@ for (const kind of ["input", "focusout"]) {
   }, true);
 }
 
-// T, from within any box Ctrl+Enter, and the button in the tab Log, each in place of what viser would do.
+// T, and from within any box Ctrl+Enter, each in place of what viser would do.
 document.addEventListener("keydown", (event) => {
   const isHeld = event.ctrlKey || event.metaKey;
   const isTyping = event.target.closest?.("input, textarea, select, [contenteditable]");
@@ -73,11 +73,6 @@ document.addEventListener("keydown", (event) => {
   event.preventDefault();
   event.stopImmediatePropagation();
   if (!event.repeat) take();
-}, true);
-document.addEventListener("click", (event) => {
-  if (!event.target.closest?.(".take-frame button")) return;
-  event.stopImmediatePropagation();
-  take();
 }, true);
 
 // A double click on a slider sets it back to what the file has, once viser has sent where its clicks moved it.

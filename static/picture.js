@@ -275,6 +275,7 @@ class Picture extends HTMLElement {
       this.flat.paint(parts);
     }
     this.svg.replaceChildren(...(this.isQuick ? [] : parts));
+    this.stage.toggleAttribute("data-fits", viewport.fits);
     this.buttons["layer-truth"].hidden = this.overlay.truth === null;
     this.label();
     this.drawDraft();

@@ -1,7 +1,7 @@
 // The comparison of the threshold methods: a card for each, and what the page knows of being in that mode.
 "use strict";
 import { follow, make } from "./link.js";
-import { wish } from "./jobs.js";
+import { request } from "./jobs.js";
 import { outside } from "./overlay.js";
 
 const ICONS = { right: "✓", wrong: "✕", found: "●" };
@@ -29,7 +29,7 @@ class Compare extends HTMLElement {
     const back = make("button", { type: "button", title: "Key: Escape" }, "← Back to the picture");
     back.addEventListener("click", goBack);
     this.again = make("button", { type: "button", hidden: "" }, "Compare again");
-    this.again.addEventListener("click", () => wish({ do: "compare" }));
+    this.again.addEventListener("click", () => request({ do: "compare" }));
     this.note = make("p", { role: "note" }, "Every method is tried on this picture, as soon as this tab is opened.");
     this.cards = make("div", { class: "cards" });
     this.append(make("div", { class: "bar" }, back, this.again, this.note), this.cards);
@@ -42,7 +42,7 @@ class Compare extends HTMLElement {
     if (mode === this.mode) return;
     this.mode = document.documentElement.dataset.mode = mode;
     document.documentElement.removeAttribute("data-shows-scene");
-    if (isOpen) setTimeout(() => wish({ do: "compare" })); // not while viser is still building the tab
+    if (isOpen) setTimeout(() => request({ do: "compare" })); // not while viser is still building the tab
   }
 
   take(found) {
@@ -101,7 +101,7 @@ class Compare extends HTMLElement {
 
   // Take a method; its docks are shown in 3D from now on, beside the cards.
   use(method) {
-    wish({ do: "use", method: method.name });
+    request({ do: "use", method: method.name });
     document.documentElement.toggleAttribute("data-shows-scene", true);
     viserPage.sceneBox().scrollIntoView({ block: "nearest" });
   }

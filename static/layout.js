@@ -62,8 +62,8 @@ const STEP = 0.02;
 function layPanes() {
   const { style, dataset } = document.documentElement;
   for (const [name, unit] of [["right", "vw"], ["scene", "vh"]]) {
-    if (panes[name] === null) style.removeProperty(`--${name}-wish`);
-    else style.setProperty(`--${name}-wish`, `${(100 * panes[name]).toFixed(2)}${unit}`);
+    if (panes[name] === null) style.removeProperty(`--${name}-asked`);
+    else style.setProperty(`--${name}-asked`, `${(100 * panes[name]).toFixed(2)}${unit}`);
   }
   dataset.away = panes.away.join(" ");
   for (const button of document.querySelectorAll("[data-pane]")) {

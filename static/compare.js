@@ -1,7 +1,7 @@
 // The comparison of the threshold methods: a card for each, and what the page knows of being in that mode.
 "use strict";
 import { follow, make } from "./link.js";
-import { wish } from "./jobs.js";
+import { request } from "./jobs.js";
 import { outside } from "./overlay.js";
 
 const ICONS = { right: "✓", wrong: "✕", found: "●" };
@@ -29,7 +29,7 @@ class Compare extends HTMLElement {
     const back = make("button", { type: "button", title: "Key: Escape" }, "← Back to the picture");
     back.addEventListener("click", goBack);
     this.again = make("button", { type: "button", hidden: "" }, "Compare again");
-    this.again.addEventListener("click", () => wish({ do: "compare" }));
+    this.again.addEventListener("click", () => request({ do: "compare" }));
     this.note = make("p", { role: "note" }, "Every method is tried on this picture, as soon as this tab is opened.");
     this.cards = make("div", { class: "cards" });
     this.append(make("div", { class: "bar" }, back, this.again, this.note), this.cards);
@@ -41,12 +41,14 @@ class Compare extends HTMLElement {
     const mode = isOpen ? "compare" : "picture";
     if (mode === this.mode) return;
     this.mode = document.documentElement.dataset.mode = mode;
-    if (isOpen) setTimeout(() => wish({ do: "compare" })); // not while viser is still building the tab
+    document.documentElement.removeAttribute("data-shows-scene");
+    if (isOpen) setTimeout(() => request({ do: "compare" })); // not while viser is still building the tab
   }
 
   take(found) {
     this.found = found;
     this.cards.replaceChildren(...found.methods.map((method) => this.card(method)));
+    if (found.figure !== null) this.cards.append(this.figure(found.figure));
     const crop = new Image();
     crop.addEventListener("load", () => found.methods.forEach((method, index) => this.draw(crop, method, index)));
     crop.src = `data:image/png;base64,${found.picture}`;
@@ -63,7 +65,7 @@ class Compare extends HTMLElement {
         ? `Outdated: these are the results for ${this.found.source}; the picture or the settings have changed since.`
         : `${this.found.source}. Click a method, or press Enter on it, to use it.`;
     }
-    for (const card of this.cards.children) {
+    for (const card of this.cards.querySelectorAll(".card")) {
       const isInUse = card.dataset.method === state.inUse;
       card.setAttribute("aria-pressed", String(isInUse));
       const other = card.dataset.method === state.stepsIn ? "Steps in" : "Use";
@@ -93,8 +95,23 @@ class Compare extends HTMLElement {
     const lines = method.lines.map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value)));
     const look = { type: "button", class: "card", "data-method": method.name, "data-kind": method.kind };
     const card = make("button", look, title, canvas, verdict, this.histogram(method), lost, make("dl", {}, ...lines));
-    card.addEventListener("click", () => wish({ do: "use", method: method.name }));
+    card.addEventListener("click", () => this.use(method));
     return card;
+  }
+
+  // Take a method; its docks are shown in 3D from now on, beside the cards.
+  use(method) {
+    request({ do: "use", method: method.name });
+    document.documentElement.toggleAttribute("data-shows-scene", true);
+    viserPage.sceneBox().scrollIntoView({ block: "nearest" });
+  }
+
+  // What the report on the paper has of its Figure 15 for this scene.
+  figure(rows) {
+    const row = (kind, cells) => make("tr", {}, ...cells.map((cell) => make(kind, {}, String(cell))));
+    const body = rows.map(([name, level, groups, isRight]) => row("td", [name, level, groups, isRight ? "✓ right" : "✕ not right"]));
+    const words = "The paper's Figure 15 binarises a scene like this by these five and gives no numbers; these are our report's.";
+    return make("table", { class: "figure-15" }, make("caption", {}, words), row("th", ["Method", "Level", "Groups", "Pose"]), ...body);
   }
 
   // How many pixels have each level, by their logarithm, and what the method keeps of them.

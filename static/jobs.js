@@ -1,17 +1,17 @@
 // The row beneath the strip, of a fixed height: the chips, what there is to say, and the main jobs; and the channel by
-// which it and the other elements of the modes tell what is wished.
+// which it and the other elements of the modes tell what is asked for.
 "use strict";
 import { follow, hideBoxBefore, make, newNumber, sendTo } from "./link.js";
 
 let channel = null; // id of the hidden text box that the program reads
 
 // The box is there a moment after the page.
-export function wish(what, tries = 50) {
-  if (!sendTo(channel, what) && tries > 0) setTimeout(() => wish(what, tries - 1), 100);
+export function request(what, tries = 50) {
+  if (!sendTo(channel, what) && tries > 0) setTimeout(() => request(what, tries - 1), 100);
 }
 
 // viser sends what is set last within 50 ms, so that of what is typed fast, as by a gauge, whole boxes may be lost, and a
-// wish as well. So Take sends the boxes' own text, until the program has heard of it, and so does a pause in typing. Take
+// request as well. So Take sends the boxes' own text, until the program has heard of it, and so does a pause in typing. Take
 // waits for what viser still has to send: coming later, that would undo what the program then sets.
 const [SENT_MS, SETTLED_MS, AGAIN_MS, MOST_TRIES] = [60, 200, 250, 40];
 const typed = new Map(); // by names of boxes their text, and the row that it was typed for
@@ -30,7 +30,7 @@ function take() {
   const what = { do: "take", boxes: texts, number: newNumber() };
   let tries = 0;
   const send = () => {
-    wish(what);
+    request(what);
     if ((tries += 1) < MOST_TRIES) timer = setTimeout(send, AGAIN_MS);
   };
   let timer = setTimeout(send, Math.max(0, typedAt + SENT_MS - performance.now()));
@@ -48,7 +48,7 @@ function settle() {
     const left = [...typed].filter(([name]) => boxes().get(name) !== document.activeElement);
     const target = left.at(-1)?.[1].target;
     const texts = left.filter(([, one]) => one.target === target).map(([name, { text }]) => [name, text]);
-    if (texts.length > 0) wish({ do: "typed", boxes: { target, ...Object.fromEntries(texts) } });
+    if (texts.length > 0) request({ do: "typed", boxes: { target, ...Object.fromEntries(texts) } });
     for (const [name] of left) typed.delete(name);
   }, SETTLED_MS);
 }
@@ -64,7 +64,7 @@ for (const kind of ["input", "focusout"]) {
   }, true);
 }
 
-// T, from within any box Ctrl+Enter, and the button in the tab Log, each in place of what viser would do.
+// T, and from within any box Ctrl+Enter, each in place of what viser would do.
 document.addEventListener("keydown", (event) => {
   const isHeld = event.ctrlKey || event.metaKey;
   const isTyping = event.target.closest?.("input, textarea, select, [contenteditable]");
@@ -74,22 +74,17 @@ document.addEventListener("keydown", (event) => {
   event.stopImmediatePropagation();
   if (!event.repeat) take();
 }, true);
-document.addEventListener("click", (event) => {
-  if (!event.target.closest?.(".take-frame button")) return;
-  event.stopImmediatePropagation();
-  take();
-}, true);
 
 // A double click on a slider sets it back to what the file has, once viser has sent where its clicks moved it.
 document.addEventListener("dblclick", (event) => {
   const label = viserPage.sliderAround(event.target);
-  if (label) setTimeout(() => wish({ do: "given", label }), SETTLED_MS);
+  if (label) setTimeout(() => request({ do: "given", label }), SETTLED_MS);
 });
 
 // A picture of the board, which is dropped by a click, and taken back by another.
 document.addEventListener("click", (event) => {
   const board = event.target.closest?.("[data-board]");
-  if (board) wish({ do: "board", name: board.dataset.board });
+  if (board) request({ do: "board", name: board.dataset.board });
 });
 
 class Jobs extends HTMLElement {
@@ -112,8 +107,8 @@ class Jobs extends HTMLElement {
     this.append(
       this.chips, this.words,
       this.button("Take (T)", "Log this frame: a row of the session, on the disk at once. Key: T.", take),
-      this.button("Play", "Play the first sequence that the tab Source offers. Key: K.", () => wish({ do: "play" })),
-      this.button("Everything as ZIP", "Save all that is known of this frame as one ZIP file.", () => wish({ do: "zip" })),
+      this.button("Play", "Play the first sequence that the tab Source offers. Key: K.", () => request({ do: "play" })),
+      this.button("Everything as ZIP", "Save all that is known of this frame as one ZIP file.", () => request({ do: "zip" })),
       make("button", { type: "button", "data-pane": "scene", title: "Show the 3D view, or put it away." }, "3D"),
     );
     paneButton(this.lastElementChild);
@@ -129,7 +124,7 @@ class Jobs extends HTMLElement {
     if (JSON.stringify(chips) === this.shown) return;
     this.shown = JSON.stringify(chips);
     this.chips.replaceChildren(...chips.map(([label, hint]) => {
-      const chip = this.button(label, `${label}: ${hint}`, () => wish({ do: "chip", label }));
+      const chip = this.button(label, `${label}: ${hint}`, () => request({ do: "chip", label }));
       chip.className = "chip";
       return chip;
     }));

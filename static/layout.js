@@ -1,4 +1,4 @@
-// Where the parts of the page are: three beside each other, or on small screens one at a time, as a bar of tabs says.
+// Where the parts of the page are: three beside each other, or on small screens one beneath the other.
 "use strict";
 
 // What this browser is goes along with its connection, in a cookie: whether its system is dark, and whether it draws the
@@ -26,34 +26,6 @@ prefersDark.addEventListener("change", () => {
   fetch("/look"); // its own pages are told to take the new colours
 });
 
-const PARTS = { picture: "Picture", view3d: "3D", tools: "Tools" };
-const OPEN_PART = "dockpose part";
-
-function openPart(name) {
-  document.documentElement.dataset.tab = name;
-  sessionStorage.setItem(OPEN_PART, name);
-  for (const button of document.querySelectorAll("#parts button")) {
-    button.setAttribute("aria-current", String(button.dataset.part === name));
-  }
-}
-
-function addParts() {
-  const bar = document.createElement("nav");
-  bar.id = "parts";
-  bar.setAttribute("aria-label", "Parts of the page");
-  for (const [name, words] of Object.entries(PARTS)) {
-    const button = document.createElement("button");
-    [button.type, button.textContent, button.dataset.part] = ["button", words, name];
-    button.addEventListener("click", () => openPart(name));
-    bar.append(button);
-  }
-  document.body.prepend(bar);
-  const last = sessionStorage.getItem(OPEN_PART);
-  openPart(last in PARTS ? last : "picture");
-}
-document.documentElement.dataset.tab = "picture";
-document.addEventListener("DOMContentLoaded", addParts);
-
 // The picture is shown as large as the window lets it, and its histogram has the height that it leaves.
 const LEAST_PICTURE_PX = 190;
 const [LEAST_PLOT_PX, MOST_PLOT_PX] = [90, 300]; // the least has room for every decade
@@ -65,14 +37,14 @@ function shares(free, whole) {
 }
 
 function share(picture) {
-  const panel = viserPage.scrollerOf(picture);
+  const [panel, free] = viserPage.roomFor(picture);
   const [stage, plot] = [picture.querySelector(".stage"), document.querySelector("dockpose-histogram .plot")];
   if (!panel || !plot || stage.clientWidth === 0) return; // its tab is closed
-  const taken = panel.firstElementChild.offsetHeight - stage.offsetHeight - plot.clientHeight;
+  const taken = panel.offsetHeight - stage.offsetHeight - plot.clientHeight;
   const { width, height } = picture.viewport;
   const { style } = document.documentElement;
   const whole = Math.round((stage.clientWidth * height) / width);
-  const [high, low] = shares(panel.clientHeight - taken, whole);
+  const [high, low] = shares(free - taken, whole);
   for (const [name, height] of [["--stage-height", `${high}px`], ["--plot-height", `${low}px`]]) {
     if (style.getPropertyValue(name) !== height) style.setProperty(name, height); // it has the whole page styled anew
   }
@@ -90,8 +62,8 @@ const STEP = 0.02;
 function layPanes() {
   const { style, dataset } = document.documentElement;
   for (const [name, unit] of [["right", "vw"], ["scene", "vh"]]) {
-    if (panes[name] === null) style.removeProperty(`--${name}-wish`);
-    else style.setProperty(`--${name}-wish`, `${(100 * panes[name]).toFixed(2)}${unit}`);
+    if (panes[name] === null) style.removeProperty(`--${name}-asked`);
+    else style.setProperty(`--${name}-asked`, `${(100 * panes[name]).toFixed(2)}${unit}`);
   }
   dataset.away = panes.away.join(" ");
   for (const button of document.querySelectorAll("[data-pane]")) {
@@ -172,8 +144,7 @@ new MutationObserver(() => {
   shared = picture;
   resizes.disconnect();
   redrawn.disconnect();
-  const panel = viserPage.scrollerOf(picture);
-  for (const part of [panel, panel?.firstElementChild]) if (part) resizes.observe(part);
+  for (const part of viserPage.around(picture)) resizes.observe(part);
   redrawn.observe(picture, { attributeFilter: ["data-drawn"] });
 }).observe(document, { childList: true, subtree: true });
 

@@ -48,15 +48,15 @@ export function sendThrough(id) {
 }
 
 // Tell the program what the operator did. It checks every value; a number tells two equal requests apart.
-export function send(wish) {
-  sendTo(channel, wish);
+export function send(request) {
+  sendTo(channel, request);
 }
 
 // The same through another box; says whether there was one.
-export function sendTo(id, wish) {
+export function sendTo(id, request) {
   const box = viserPage.boxOf(id);
   if (!box) return false;
-  viserPage.type(box, JSON.stringify({ number: newNumber(), ...wish }));
+  viserPage.type(box, JSON.stringify({ number: newNumber(), ...request }));
   return true;
 }
 

@@ -76,3 +76,8 @@ document.addEventListener("beforeinput", (event) => {
   const isText = event.target.matches?.("input[type=text], input:not([type])");
   if (isText && /[^\d.,+\-−\s]/.test(text) && MEASURED.test(viserPage.labelOf(event.target))) event.preventDefault();
 }, true);
+
+// Esc leaves such a box, so that keys are commands again.
+document.addEventListener("keydown", (event) => {
+  if (event.key === "Escape" && MEASURED.test(viserPage.labelOf(event.target))) document.activeElement.blur();
+}, true);

@@ -2,7 +2,7 @@
 "use strict";
 import { Flat } from "./flat.js";
 import "./frame.js";
-import { wish } from "./jobs.js";
+import { request } from "./jobs.js";
 import { follow, hideBoxBefore, make, makeSvg, sendThrough } from "./link.js";
 import { overlayParts } from "./overlay.js";
 import { greyOf, keptPixels, paintKept, stretch } from "./pixels.js";
@@ -176,7 +176,7 @@ class Picture extends HTMLElement {
 
   // What is exported is drawn alike.
   tellLayers() {
-    if (document.documentElement.dataset.role !== "view") wish({ do: "layers", of: [...this.layers] });
+    if (document.documentElement.dataset.role !== "view") request({ do: "layers", of: [...this.layers] });
   }
 
   toggleContrast() {
@@ -275,6 +275,7 @@ class Picture extends HTMLElement {
       this.flat.paint(parts);
     }
     this.svg.replaceChildren(...(this.isQuick ? [] : parts));
+    this.stage.toggleAttribute("data-fits", viewport.fits);
     this.buttons["layer-truth"].hidden = this.overlay.truth === null;
     this.label();
     this.drawDraft();

@@ -25,17 +25,18 @@ const seen = (point) => [dot(point, RIGHT), -dot(point, UP)];
 
 class Scene extends HTMLElement {
   connectedCallback() {
+    if (this.svg !== undefined) return;
     this.svg = makeSvg("svg", { role: "img", "aria-label": "camera and docks from the side" });
     this.append(this.svg);
     [this.drawnAt, this.course, this.box] = [0, null, null];
-    follow("frame", (frame) => this.take(frame));
-    new ResizeObserver(() => this.frame !== undefined && this.draw()).observe(this);
+    new ResizeObserver(() => this.draw()).observe(this);
   }
 
   take(frame) {
     this.frame = frame;
     clearTimeout(this.waiting);
     if (!frame.hidesScene) return;
+    if (this.parentElement !== viserPage.sceneBox()) viserPage.sceneBox().append(this);
     const rest = EVERY_MS - (performance.now() - this.drawnAt);
     if (rest <= 0) this.draw();
     else this.waiting = setTimeout(() => this.draw(), rest);
@@ -101,4 +102,5 @@ class Scene extends HTMLElement {
 }
 
 customElements.define("dockpose-scene", Scene);
-document.body.append(make("dockpose-scene"));
+const scene = make("dockpose-scene");
+follow("frame", (frame) => scene.take(frame));

@@ -31,12 +31,11 @@ class Steps extends HTMLElement {
 
   show(at) {
     this.at = at;
-    const { part, tab, here, words } = this.steps[at];
+    const { tab, here, words } = this.steps[at];
     document.documentElement.toggleAttribute("data-steps", true);
     this.words.textContent = `${at + 1} of ${this.steps.length}: ${words}`;
     const [, back, next, skip] = this.children;
     [back.disabled, next.textContent, skip.hidden] = [at === 0, at + 1 < this.steps.length ? "Next" : "Done", at + 1 === this.steps.length];
-    openPart(part); // on small screens
     if (tab) viserPage.openTab(viserPage.tabOf(tab));
     this.frame(here ? document.querySelector(here) : viserPage.tabOf(tab));
   }
@@ -55,6 +54,7 @@ class Steps extends HTMLElement {
   frame(element) {
     for (const old of document.querySelectorAll("[data-step-here]")) old.removeAttribute("data-step-here");
     element?.toggleAttribute("data-step-here", true);
+    element?.scrollIntoView({ block: "nearest" });
   }
 }
 

@@ -1,7 +1,7 @@
 // The time line along the bottom of the page while a sequence is open: to play, to step, and to go where a click says.
 "use strict";
 import { follow, make } from "./link.js";
-import { wish } from "./jobs.js";
+import { request } from "./jobs.js";
 
 const HEIGHT_PX = 48;
 const [INDEX, TIME, Z, CHANCE, STATE] = [0, 1, 2, 3, 4]; // of a point
@@ -31,12 +31,12 @@ class Timeline extends HTMLElement {
       one.addEventListener("click", act);
       return one;
     };
-    this.play = button("Play", "Play, or pause. Key: K.", () => wish({ do: "play" }));
+    this.play = button("Play", "Play, or pause. Key: K.", () => request({ do: "play" }));
     this.back = button("Back", "Pause, and show the frame before.", () => this.step(-1));
     this.forward = button("Forward", "Pause, and show the frame after.", () => this.step(1));
     [this.back.textContent, this.forward.textContent] = ["◀|", "|▶"];
     this.speed = make("select", { "aria-label": "Speed", title: "Times as fast as the frames were taken." });
-    this.speed.addEventListener("change", () => wish({ do: "speed", speed: this.speed.value }));
+    this.speed.addEventListener("change", () => request({ do: "speed", speed: this.speed.value }));
     this.words = make("output", { class: "now" });
     this.canvas = make("canvas", { tabindex: "0", role: "slider", "aria-label": "Frame" });
     this.canvas.addEventListener("pointerdown", (event) => this.press(event));
@@ -100,13 +100,13 @@ class Timeline extends HTMLElement {
 
   step(by) {
     this.goTo((this.now?.at ?? 0) + by);
-    if (this.now?.isPlaying) wish({ do: "play" });
+    if (this.now?.isPlaying) request({ do: "play" });
   }
 
   goTo(frame) {
     if (this.now === null || this.now.isLive) return;
     const last = this.now.count === null ? Infinity : this.now.count - 1;
-    wish({ do: "goto", frame: Math.min(Math.max(frame, 0), last) });
+    request({ do: "goto", frame: Math.min(Math.max(frame, 0), last) });
   }
 
   key(event) {
@@ -114,7 +114,7 @@ class Timeline extends HTMLElement {
     const far = event.shiftKey ? FAR : 1;
     const frames = { ArrowLeft: frame - far, ArrowRight: frame + far, ArrowDown: frame - far, ArrowUp: frame + far };
     Object.assign(frames, { PageDown: frame - FAR, PageUp: frame + FAR, Home: 0, End: (count ?? frame + 1) - 1 });
-    if (event.key === " ") wish({ do: "play" });
+    if (event.key === " ") request({ do: "play" });
     else if (event.key in frames) this.goTo(frames[event.key]);
     else return;
     event.preventDefault();

@@ -46,7 +46,7 @@ export class Tools {
       this.take(this.tool); // what the first finger began was meant for two
       return;
     }
-    [this.pressed, this.cursor] = [this.place(event), null];
+    [this.pressed, this.cursor, this.isOnWhole] = [this.place(event), null, this.view.viewport.fits];
     if (this.tool === null) return;
     if (this.phase !== "clicked") this.start = this.view.viewport.toPicture(this.pressed);
     this.phase = this.phase === "clicked" ? "last" : "dragged";
@@ -85,8 +85,10 @@ export class Tools {
     this.view.draw();
   }
 
+  // The browser took a finger's movement for scrolling the page: the picture stays as it was.
   cancel(event) {
     this.fingers.delete(event.pointerId);
+    if (this.isOnWhole) this.view.fit();
     this.take(this.tool);
   }
 

@@ -83,8 +83,20 @@ const viserPage = {
   },
   // Where its panels begin, in pixels from the top of the window.
   top: () => document.getElementById("root").offsetTop,
-  // What scrolls where a panel is too high; the tab of the picture has such a one, too.
-  scrollerOf: (element) => element.closest("[data-dock-region]")?.querySelector("[data-scrollarea-viewport]"),
+  // What an element's panel holds, and the height that it may have there: on small screens all panels scroll as one, and
+  // the 3D view follows upon the picture.
+  roomFor(element) {
+    const [page, scroller, content] = viserPage.around(element);
+    const isColumn = scroller !== undefined && getComputedStyle(page).display === "flex";
+    return [content, isColumn ? page.clientHeight - page.firstElementChild.offsetHeight : scroller?.clientHeight];
+  },
+  // Whose sizes that depends on, from outside to inside.
+  around(element) {
+    const scroller = element.closest("[data-dock-region]")?.querySelector("[data-scrollarea-viewport]");
+    return scroller ? [scroller.closest("[data-dock-root]"), scroller, scroller.firstElementChild] : [];
+  },
+  // Where it draws its 3D scene.
+  sceneBox: () => document.querySelector("[data-dock-root] > div:first-child"),
   // Whether its page is dark or light, and what is to be done when that changes.
   scheme: () => document.documentElement.dataset.mantineColorScheme,
   onScheme: (act) => new MutationObserver(act).observe(document.documentElement, { attributeFilter: ["data-mantine-color-scheme"] }),

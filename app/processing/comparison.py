@@ -10,10 +10,15 @@ import numpy as np
 from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.processing.analysis import chosen_by_hand
 from dockpose.app.processing.background import Progress
+from dockpose.app.state.scene import NOT_OF_THE_PAPER, paper_scene
 from dockpose.app.state.view import View
 from dockpose.camera.image import to_grey
 from dockpose.lights.masks import hide
+from dockpose.paper.levels import RIGHT_SHARE
+from dockpose.paper.rivals import RIVALS
 from dockpose.pose.known import pose_error
+from dockpose.simulate import truth_of
+from dockpose.study.judge import is_right
 from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, histogram_of
 
 DEFAULTS = Settings()
@@ -45,6 +50,19 @@ def compare_view(view: View, progress: Progress) -> dict[str, Estimate]:
         median_ms = float(np.median([other[name].elapsed_ms for other in again]))
         found[name] = replace(found[name], elapsed_ms=median_ms)
     return {name: chosen_by_hand(one, view.by_hand) for name, one in found.items()}
+
+
+def figure_15(view: View) -> list[tuple[str, int, int, bool]] | None:
+    """Return method, level, groups, and whether the pose is right, as the report's Figure 15; None off its scenes."""
+    scene = view.scene
+    if scene is None or paper_scene(view) == NOT_OF_THE_PAPER:
+        return None
+    found, truth = compare(view.image, scene.camera, scene.dock, methods=("hats", *RIVALS)), truth_of(scene)
+    return [
+        (METHODS.short(name), one.threshold.level, one.markers.seen, is_right(one.selected, truth, RIGHT_SHARE))
+        for name, one in found.items()
+        if one.threshold is not None and one.markers is not None
+    ]
 
 
 def same_comparison(one: View, other: View) -> bool:

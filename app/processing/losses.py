@@ -9,6 +9,7 @@ from dockpose.app.drawing.numbers import count
 from dockpose.app.state.view import View
 from dockpose.lights.growing import distances
 from dockpose.pose.known import pose_error
+from dockpose.simulate import Scene, truth_of
 
 _LEAST_PX = 2.0  # that a group reaches from its middle, however small it is
 
@@ -42,11 +43,15 @@ def best_first(found: Mapping[str, Estimate], view: View) -> list[str]:
     return sorted(found, key=rank)
 
 
-def losses(found: Mapping[str, Estimate], best: Estimate) -> dict[str, Losses]:
-    """Return what each method lost of the lights that the best one found; nothing where that found no dock."""
-    if best.selected is None or best.markers is None or best.ring is None:
+def losses(found: Mapping[str, Estimate], best: Estimate, scene: Scene | None = None) -> dict[str, Losses]:
+    """Return what each method lost of a scene's lights, or of those that the best one found, where there are any."""
+    if scene is not None:
+        truth = truth_of(scene)
+        lights_px = truth.lights_px[truth.visible]
+    elif best.selected is None or best.markers is None or best.ring is None:
         return {}
-    lights_px = best.markers.points_px[best.ring.on_ring]
+    else:
+        lights_px = best.markers.points_px[best.ring.on_ring]
     return {name: _lost(one, lights_px) for name, one in found.items()}
 
 

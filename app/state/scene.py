@@ -2,12 +2,14 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.state.view import View
+from dockpose.paper.scenes import tank_scenes
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import Lights, Pose, Scene, render
 from dockpose.simulate.optics.psf import MODELS
@@ -28,6 +30,25 @@ DEFAULT_SCENE = Scene(
     lights=Lights(),
     background=Background(),
 )
+
+
+paper_scenes = cache(tank_scenes)
+NOT_OF_THE_PAPER = "(none)"
+
+
+def paper_scene(view: View) -> str:
+    """The name of the report's scene that is shown as the report draws it."""
+    named = (name for name, scene in paper_scenes().items() if scene == view.scene)
+    return next(named, NOT_OF_THE_PAPER)
+
+
+def with_paper_scene(view: View, name: Any) -> View:
+    """Show a scene like one of the paper's photographs, as the report on the paper draws it, or the first scene."""
+    if name == NOT_OF_THE_PAPER:
+        return with_scene(view, DEFAULT_SCENE, keep=False)
+    if name not in paper_scenes():
+        raise UserError(f"The paper's scene is {name!r}; it must be one of {', '.join(paper_scenes())}.")
+    return replace(with_scene(view, paper_scenes()[name], keep=False), source=name)
 
 
 def turbidity_of(water: Water) -> float:

@@ -32,6 +32,9 @@ VALUES = {
         lambda view: tuple(CENTROIDS),
     ),
     "missing": Value(lambda view: ", ".join(map(str, scene.scene_of(view).lights.missing)), scene.with_missing),
+    "paper": Value(
+        scene.paper_scene, scene.with_paper_scene, lambda view: (scene.NOT_OF_THE_PAPER, *scene.paper_scenes())
+    ),
     "port": Value(lambda view: view.camera.port is not None, camera.with_port),
     "psf": Value(lambda view: scene.scene_of(view).psf.model, scene.with_psf, _psf_models),
     "text": Value(lambda view: "".join(one.text for one in scene.scene_of(view).texts[:1]), scene.with_text),

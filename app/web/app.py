@@ -121,6 +121,9 @@ class App(Page, contextlib.AbstractContextManager["App"]):
                 self.load(self._shown)
             self.report(error, None)
             return
+        with self._lock:
+            if self._view is job:  # what is simulated was rendered, which need not be done again
+                self._view = analysis.view
         self._show(analysis)
 
     def _work_on_frame(self, frame: Frame) -> None:

@@ -53,6 +53,7 @@ class Layout:
         return self._made[kind]
 
     def _add_controls(self, app: Page, gui: viser.GuiApi) -> None:
+        app.live.place("candidates", table_html)
         tabs = gui.add_tab_group()
         for title, kinds in TABS.items():
             with tabs.add_tab(title):
@@ -105,6 +106,5 @@ class Layout:
                 self._made[PicturePanel] = PicturePanel(app)
             with shown.add_tab("Compare", viser.Icon.LAYOUT_GRID):
                 self._made[ComparePanel] = ComparePanel(app)
-            app.live.place("candidates", table_html)
         left.dock_left()
         left.set_width(PICTURE_WIDTH_PX)

@@ -86,10 +86,11 @@ def _with_trouble(scene: Scene, rng: np.random.Generator) -> Scene:
 
 
 CAMERA = Camera(700, 700, 319.5, 239.5, 640, 480)
+REPORT_SEED = 2016  # of the report on the paper, unless another is asked for
 FAINTEST = 0.25  # of the lights of an uneven ring, as a share of the brightest
 
 
-def tank_scenes(seed: int) -> dict[str, Scene]:
+def tank_scenes(seed: int = REPORT_SEED) -> dict[str, Scene]:
     """Return five scenes by name, from an easy one to reflections; the seed is that of their noise."""
     described = tomllib.loads(Path(__file__).with_name("scenes.toml").read_text(encoding="utf-8"))
     plain, scenes = described["plain tank"], {}

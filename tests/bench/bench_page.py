@@ -24,6 +24,7 @@ TIMES_BARE = 1.25  # at most so many times what the bare page takes
 RATE_HZ, PLAYED_FRAMES = 30, 240
 RATE_SHARE, LEAST_HZ = 0.95, 25.0  # of 30 frames/s, or of the bare page's rate where that is less; and in any case
 LEAST_FILM_HZ = 28.0  # of a film of a photographed ring
+SLIDER_MS = 100.0  # from a slider to what follows it
 FIRST_PAGE_S = 2.5
 MEMORY_S = 600.0  # how long sliders move while memory is watched
 WARM_UP = 0.4  # of that time, in which caches still fill
@@ -250,6 +251,67 @@ def test_slider_to_overlay_at_1280_x_720(browser, serve, large):
     for (bare_median, bare_slow), (median, slow) in figures.values():
         assert median <= TIMES_BARE * bare_median
         assert slow <= TIMES_BARE * bare_slow
+
+
+# When a slider was moved, and when overlay, table and docks were seen to have changed, in the page's own clock; docks by
+# the matrices with which the 3D scene is drawn.
+_WATCH_ALL = """
+() => {
+  window.seen = { moved: [], overlay: [], table: [], docks: [] };
+  document.addEventListener("pointermove", () => seen.moved.push(performance.now()), true);
+  const after = (kind) => requestAnimationFrame(() => seen[kind].push(performance.now()));
+  const picture = document.querySelector("dockpose-picture");
+  new MutationObserver(() => after("overlay")).observe(picture, { attributeFilter: ["data-drawn"] });
+  const table = document.querySelector("dockpose-live[name=candidates]");
+  new MutationObserver(() => after("table")).observe(table, { childList: true });
+  let [sum, last] = [0, 0];
+  const real = WebGL2RenderingContext.prototype.uniformMatrix4fv;
+  WebGL2RenderingContext.prototype.uniformMatrix4fv = function (place, transposed, values, ...rest) {
+    for (let index = 0; index < 16; index += 1) sum += (index + 1) * values[index];
+    return real.call(this, place, transposed, values, ...rest);
+  };
+  const frame = () => {
+    if (sum !== 0 && Math.abs(sum - last) > 1e-9) seen.docks.push(performance.now());
+    if (sum !== 0) [last, sum] = [sum, 0];
+    requestAnimationFrame(frame);
+  };
+  requestAnimationFrame(frame);
+}
+"""
+
+
+def first_after(moved: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """For each move (n,) the time (ms) to the first of ``times`` after it; NaN where none came before the next."""
+    places = np.searchsorted(times, moved, side="right")
+    delays = np.append(times, np.inf)[places] - moved
+    return np.where(delays < np.append(np.diff(moved), PAUSE_MS), delays, np.nan)
+
+
+def test_slider_to_overlay_and_table_at_640_x_480(browser, serve, tmp_path):
+    """Drawing fx and the diameter, beside a bare page; the docks follow at rest where nothing draws them fast."""
+    picture, known = rendered(tmp_path, 640, 480)
+    cv2.imwrite(str(tmp_path / "small.png"), picture)
+    with bare_page(browser, serve("640", "480", "30", "1", bare=True)) as page:
+        bare, _ = tell("bare viser, dragged", drag_ms(page, "Level (0-255)", MOVES, -DRAG_PX), MOVES)
+    with opened(browser, serve(str(tmp_path / "small.png"), *known)) as page:
+        page.tab("Tank")
+        page.page.evaluate(_WATCH_ALL)
+        for label in ("fx (px)", "Diameter (cm)"):
+            page.page.evaluate("for (const times of Object.values(seen)) times.length = 0")
+            drag_ms(page, label, MOVES, DRAG_PX)
+            page.page.wait_for_timeout(3000)
+            seen = {kind: np.array(times) for kind, times in page.page.evaluate("seen").items()}
+            moved = seen["moved"][-MOVES:]
+            delays = [first_after(moved, seen[kind]) for kind in ("overlay", "table")]
+            both = np.maximum(*delays)
+            median, _ = tell(f"{label}: overlay and table", both[~np.isnan(both)], MOVES)
+            docks = seen["docks"][seen["docks"] > moved[-1]][:1] - moved[-1]
+            print(f"{label}: docks drawn {', '.join(f'{one:.0f}' for one in docks)} ms after the last move")
+            assert np.isnan(both).sum() <= 0.1 * MOVES
+            assert len(docks) == 1
+            assert median <= SLIDER_MS
+            if label == "Diameter (cm)":  # with an fx far from its own the picture is searched in more ways
+                assert median <= TIMES_BARE * bare
 
 
 def test_slider_to_simulated_picture_at_640_x_480(browser, serve):

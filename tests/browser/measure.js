@@ -11,11 +11,14 @@
     for (let next = one.parentElement; next !== null; next = next.parentElement) found.push(next);
     return found;
   };
-  // A fixed element is not clipped by what it stands in.
+  // A fixed element is not clipped by what it stands in, an absolute one by nothing within what it is placed by.
   const clippers = (one) => {
     const found = [];
+    let isPlaced = false; // by something further out
     for (let next = one; next.parentElement !== null && style(next).position !== "fixed"; next = next.parentElement) {
-      if (style(next.parentElement).overflow !== "visible") found.push(next.parentElement);
+      isPlaced = style(next).position === "absolute" || (isPlaced && style(next).position === "static");
+      const isFree = isPlaced && style(next.parentElement).position === "static";
+      if (style(next.parentElement).overflow !== "visible" && !isFree) found.push(next.parentElement);
     }
     return found;
   };
@@ -99,7 +102,8 @@
   const reach = (one) => {
     const { left, top, height } = one.getBoundingClientRect();
     const [x, y] = [left + 2, top + height / 2];
-    if (!inView(one)) return leastTargetPx;
+    const isAtEdge = clippers(one).some((next) => Math.abs(next.getBoundingClientRect().bottom - y) < leastTargetPx);
+    if (!inView(one) || isAtEdge) return leastTargetPx;
     const isHit = (way) => track(document.elementFromPoint(x, y + way) ?? document.body) === track(one);
     let high = 1;
     for (const sign of [-1, 1]) for (let way = 1; way < leastTargetPx && isHit(sign * way); way += 1) high += 1;

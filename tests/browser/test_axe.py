@@ -46,6 +46,12 @@ def test_a_tab_with_all_its_groups_open_has_none(tinted, name):
     assert failures(tinted) == []
 
 
+def test_the_column_of_a_phone_has_none(tinted, resized):
+    resized((390, 844))
+    tinted.tab("Tank")
+    assert failures(tinted) == []
+
+
 def test_compare_has_none(tinted):
     tinted.tab("Compare")
     tinted.page.locator("dockpose-compare .cards:not([data-old]) .card").nth(8).wait_for()

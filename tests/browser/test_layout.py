@@ -1,6 +1,6 @@
 """The page at the widths that it is used at: what is seen, read, hit and reached there, measured in the browser."""
 
-import re
+import itertools
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,7 +21,6 @@ SIZES = {
     "desk": (1920, 1080),
     "laptop at 200 %": (683, 384),
 }
-PARTS = {"Picture": "picture", "3D": "view3d", "Tools": "tools"}
 LEAST = {"leastTargetPx": 32, "leastTextPx": 12, "leastContrast": 4.5}
 MEASURE = Path(__file__).with_name("measure.js").read_text(encoding="utf-8")
 LEFT, RIGHT = "[data-dock-region=left]", "[data-dock-region=right]"
@@ -53,11 +52,18 @@ IN_SIGHT = """() => {
   return new Set(seen.map((one) => (one.matches("button") ? one : viserPage.labelOf(one) || one))).size;
 }"""
 STAGE, PLOT = "dockpose-picture .stage", "dockpose-histogram .plot"
+COLUMN = "[data-dock-root]"  # which scrolls as a whole on small screens
+PARTS = {"picture": STAGE, "3D": CANVAS, "tools": f"{RIGHT} [role=tablist]:visible"}
 
 
-def open_part(page, name):
-    page.page.locator("#parts").get_by_role("button", name=name, exact=True).click()
+def scroll_to(page, part):
+    """Scroll to a part of the page, where all stand beneath each other."""
+    page.page.locator(PARTS[part]).first.evaluate("one => one.scrollIntoView()")
     page.rest()
+
+
+def is_column(page):
+    return page.page.evaluate("innerWidth < 1100")
 
 
 def tools(page):
@@ -77,19 +83,17 @@ def box(page, selector):
 
 
 def faults(page):
-    """Faults in each part of the page, or on large screens with each of its tools."""
+    """Faults with each tool open, and of what stands above the tools on small screens."""
     found = {}
 
     def measure(where):
         for fault in page.page.evaluate(MEASURE, LEAST):
             found.setdefault(fault, []).append(where)
 
-    is_narrow = page.page.locator("#parts").is_visible()
-    for part in ("Picture", "3D") if is_narrow else ():
-        open_part(page, part)
+    for part in ("picture", "3D") if is_column(page) else ():
+        scroll_to(page, part)
         measure(part)
-    if is_narrow:
-        open_part(page, "Tools")
+    scroll_to(page, "tools")
     for tool in tools(page):
         open_tool(page, tool)
         measure(tool)
@@ -117,18 +121,44 @@ def test_all_that_is_touched_is_40_pixels_large(page, browser, name):
         other.page.goto(f"{page.app.address}&fixedDpr=0.1")
         other.page.locator("#candidates tbody tr").first.wait_for()
         for part in PARTS:
-            open_part(other, part)
+            scroll_to(other, part)
             assert other.page.evaluate(MEASURE, LEAST | {"leastTargetPx": 40}) == [], part
+
+
+def test_a_finger_on_the_whole_picture_scrolls_the_page_and_pans_one_that_is_zoomed(page, browser):
+    wide, high = SIZES["phone"]
+    with visit(browser, page.app, viewport={"width": wide, "height": high}, has_touch=True, is_mobile=True) as other:
+        other.page.goto(f"{page.app.address}&fixedDpr=0.1")
+        other.page.locator("#candidates tbody tr").first.wait_for()
+        other.page.locator(f"{STAGE}[data-fits]").wait_for()
+        session = other.page.context.new_cdp_session(other.page)
+        stage = box(other, STAGE)
+
+        def swipe():
+            x, y = stage["left"] + stage["width"] / 2, stage["top"] + stage["height"] / 2
+            for number in range(12):
+                kind, place = "touchMove" if number else "touchStart", {"x": x, "y": y - 10 * number}
+                session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [place]})
+                other.rest()
+            session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+            other.rest()
+            return other.page.locator(COLUMN).evaluate("one => one.scrollTop")
+
+        assert swipe() > 40
+        assert other.page.locator(f"{STAGE}[data-fits]").count() == 1
+        other.page.locator(COLUMN).evaluate("one => one.scrollTo(0, 0)")
+        other.page.locator("dockpose-picture [data-do=in]").click()
+        assert swipe() == 0
 
 
 @pytest.mark.parametrize("size", SIZES.values(), ids=SIZES)
 def test_no_scroll_bar_lies_over_the_words_of_a_tab(page, resized, size):
     resized(size)
-    if page.page.locator("#parts").is_visible():
-        open_part(page, "Tools")
+    scroll_to(page, "tools")
     open_tool(page, "Log")
     page.page.locator(f"{RIGHT} [role=tab]").last.hover()  # bars are there while the pointer is over what scrolls
-    page.page.locator(f"{RIGHT} {BAR}").first.wait_for(state="attached")
+    if not is_column(page):  # which scrolls with a bar of the browser's, beside it
+        page.page.locator(f"{RIGHT} {BAR}").first.wait_for(state="attached")
     page.rest()
     assert page.page.evaluate(BARS_OVER_TABS) == []
 
@@ -153,8 +183,6 @@ def test_words_about_a_pose_to_be_checked_fit_as_well(page, resized, size):
     resized(size)
     page.app.change(of_another_camera, reload=True)
     page.until(lambda: page.app.wait_until_idle(0.1) and page.trust in ("amber", "red"))
-    if page.page.locator("#parts").is_visible():
-        open_part(page, "Picture")
     assert box(page, "[role=status]")["height"] > 20  # in green it is left to the strip
     assert page.page.evaluate(MEASURE, LEAST) == []
 
@@ -162,8 +190,6 @@ def test_words_about_a_pose_to_be_checked_fit_as_well(page, resized, size):
 @pytest.mark.parametrize("size", [LAPTOP, SIZES["phone"], SIZES["desk"]], ids=["laptop", "phone", "desk"])
 def test_comparison_fits_as_well(page, resized, size):
     resized(size)
-    if page.page.locator("#parts").is_visible():
-        open_part(page, "Picture")
     page.tab("Compare")
     page.until(lambda: page.page.locator("dockpose-compare .cards:not([data-old]) .card").count() >= 9)
     page.rest()
@@ -180,9 +206,8 @@ def test_time_line_takes_its_room_from_the_rest(page, resized, size):
     page.until(lambda: page.page.locator("dockpose-timeline").is_visible() and page.app.wait_until_idle(0.1))
     assert box(page, "#root")["bottom"] == box(page, "dockpose-timeline")["top"]
     assert box(page, "dockpose-timeline")["bottom"] == size[1]
-    for part in PARTS if page.page.locator("#parts").is_visible() else [None]:
-        if part is not None:
-            open_part(page, part)
+    for part in PARTS if is_column(page) else ["picture"]:
+        scroll_to(page, part)
         assert page.page.evaluate(MEASURE, LEAST) == [], part
     page.tab("Source")
     page.choose("Sequence", "(none)")
@@ -199,7 +224,6 @@ def test_large_screens_show_all_parts_beside_each_other(page, resized, name):
     assert canvas["right"] == pytest.approx(right["right"], abs=0.99)  # a canvas has whole pixels
     numbers = box(page, "dockpose-live[name=candidates]")
     assert canvas["bottom"] <= numbers["top"] < numbers["bottom"] <= right["top"]
-    assert page.page.locator("#parts").is_hidden()
     wide, high, plot = {"laptop": (840, 590, 90), "desk": (1180, 880, 90)}[name]  # the picture's own shape is 4:3
     page.until(lambda: box(page, STAGE)["height"] >= high and box(page, PLOT)["height"] >= plot)
     assert box(page, STAGE)["width"] >= wide
@@ -214,43 +238,44 @@ def test_large_screens_show_all_parts_beside_each_other(page, resized, name):
 
 
 @pytest.mark.parametrize("name", ["phone", "tablet", "small", "laptop at 200 %"])
-def test_small_screens_show_one_part_at_a_time_and_tablets_the_3d_view_beneath_the_picture(page, resized, name):
+def test_small_screens_show_all_parts_in_one_column(page, resized, name):
     resized(SIZES[name])
-    with_picture = {"picture", "view3d"} if name in ("tablet", "small") else {"picture"}
-    seen = {"picture": STAGE, "view3d": CANVAS, "tools": f"{RIGHT} [role=tab]"}
-    for part, key in PARTS.items():
-        open_part(page, part)
-        assert page.page.evaluate("document.documentElement.dataset.tab") == key
-        for other, selector in seen.items():
-            there = box(page, selector)
-            is_seen = there["right"] > 0 and page.page.locator(selector).first.is_visible()
-            assert is_seen == (other in (with_picture if key == "picture" else {key})), (part, other)
-        assert page.page.locator("#strip").is_visible()
-        is_in_3d = key == "view3d" or (key == "picture" and "view3d" in with_picture)
-        assert page.page.get_by_role("button", name="Fit", exact=True).last.is_visible() == is_in_3d
-    open_part(page, "3D")
-    assert box(page, CANVAS)["width"] == SIZES[name][0]
-    open_part(page, "Picture")
-    if "view3d" in with_picture:
-        assert box(page, LEFT)["bottom"] <= box(page, CANVAS)["top"] < box(page, CANVAS)["bottom"] == SIZES[name][1]
-        assert box(page, CANVAS)["height"] >= 0.24 * SIZES[name][1]
-    assert box(page, STAGE)["width"] > 0.8 * SIZES[name][0] - 20
+    wide, high = SIZES[name]
+    page.tab("Tank")
+    page.page.locator(COLUMN).evaluate("one => one.scrollTo(0, 0)")
+    buttons = ".view-buttons .mantine-Button-root"
+    tools = f"{RIGHT} [role=tab]", f"{RIGHT} .main-number"
+    parts = "#strip", "dockpose-jobs", STAGE, PLOT, CANVAS, "#candidates", *tools
+    page.until(lambda: box(page, PLOT)["height"] >= 90)
+    places = [box(page, part) for part in parts]
+    for above, below in itertools.pairwise(places):
+        assert above["height"] > 0
+        assert above["bottom"] <= below["top"] + 0.5
+    for part in (STAGE, CANVAS):
+        assert (box(page, part)["left"], box(page, part)["right"]) == (0, wide)
+    assert places[4]["bottom"] <= places[-1]["top"]
+    assert box(page, buttons)["top"] >= places[3]["bottom"]
+    if name in ("tablet", "small"):  # the 3D view ends where the window does
+        assert box(page, CANVAS)["bottom"] == pytest.approx(high, abs=1)
+        assert box(page, CANVAS)["height"] >= 0.24 * high
+    scrolled = page.page.locator(COLUMN)
+    assert scrolled.evaluate("one => [one.scrollWidth, one.scrollHeight > one.clientHeight]") == [wide, True]
+    page.slider("fx (px)").scroll_into_view_if_needed()
+    assert page.slider("fx (px)").evaluate(WHOLE)
 
 
 def test_a_row_is_taken_on_a_phone(page, resized):
     resized(SIZES["phone"])
-    open_part(page, "Picture")
     assert page.page.locator("#candidates tbody tr").count() == 3
     for cell in page.page.locator("#candidates tbody tr").first.locator("td").all():
         place = cell.bounding_box()
         assert 0 <= place["x"] <= place["x"] + place["width"] <= SIZES["phone"][0]
-    open_part(page, "Tools")
     open_tool(page, "Log")
     page.box("New session").fill("on a phone")
     page.rest()
     page.page.get_by_role("button", name="Start a new session").click()
-    take = page.page.get_by_role("button", name=re.compile("^Take"))
-    page.until(take.is_enabled)
+    page.until(lambda: "Started." in page.page.locator("#experiment").inner_text())
+    take = page.page.get_by_role("button", name="Take (T)")
     assert take.bounding_box()["height"] >= 48
     take.click()
     page.until(lambda: page.page.get_by_text("Frame 1").count() + page.page.get_by_text("1 row").count() > 0)
@@ -272,7 +297,8 @@ CARD = ("fx (px)", "fy (px)", "cx (px)", "cy (px)", "Diameter (cm)")
 # Whether all of something is to be seen: within the window and what it scrolls in, and nothing over its middle.
 WHOLE = """one => {
   const { left, top, right, bottom, width, height } = one.getBoundingClientRect();
-  const around = one.closest("#strip") ? null : one.closest("[data-scrollarea-viewport]")?.getBoundingClientRect();
+  const scroller = one.closest("#strip, #candidates") ? null : one.closest("[data-scrollarea-viewport]");
+  const around = scroller?.getBoundingClientRect();
   const [low, high] = around ? [around.top, around.bottom] : [0, innerHeight];
   const there = document.elementFromPoint(left + width / 2, top + height / 2);
   const isFree = there !== null && (one.contains(there) || there.contains(one));

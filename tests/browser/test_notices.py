@@ -5,7 +5,7 @@ from dataclasses import replace
 import msgspec
 import pytest
 
-from tests.browser.test_layout import LEAST, MEASURE, SIZES, open_part
+from tests.browser.test_layout import LEAST, MEASURE, SIZES
 
 pytestmark = pytest.mark.browser
 LONG = "A sentence on the camera and the dock of this picture. " * 3  # a longer one is scrolled
@@ -17,7 +17,7 @@ NOTICE_FAULTS = """() => {
   const isOut = (box) => box.left < 0 || box.top < 0 || box.right > innerWidth || box.bottom > innerHeight;
   const beside = ", dockpose-picture .stage, canvas[data-engine], #candidates, [data-dock-region=right]";
   const large = innerWidth < 1100 ? "" : beside;
-  const kept = [...document.querySelectorAll(`#strip-trust, #parts, dockpose-jobs${large}`)];
+  const kept = [...document.querySelectorAll(`#strip-trust, dockpose-jobs${large}`)];
   const words = document.createRange();
   words.selectNodeContents(document.querySelector("#place"));
   kept.push(words);
@@ -41,8 +41,6 @@ def test_chips_and_notices_are_whole_and_cover_neither_words_nor_picture(page, r
     page.page.locator(f"html[data-mantine-color-scheme={scheme}]").wait_for(state="attached")
     chosen = {"masks": ((0.0, 0.0, 100.0, 40.0),), "min_area_px": 20, "method": "fixed", "level": 100}
     page.app.change(lambda view: replace(view, settings=msgspec.structs.replace(view.settings, **chosen)), reload=True)
-    if page.page.locator("#parts").is_visible():
-        open_part(page, "Picture")
     page.until(lambda: page.page.locator("dockpose-jobs .chip").count() == 3 and page.app.wait_until_idle(0.1))
     page.rest()
     found = page.page.evaluate(MEASURE, LEAST)

@@ -49,6 +49,9 @@ _CUT_OFF = """
 """
 
 
+CANVAS = "canvas[data-engine]"
+
+
 def card(page, method):
     return page.page.locator(f"dockpose-compare .card[data-method={method}]")
 
@@ -75,8 +78,11 @@ def test_methods_are_compared_over_the_whole_page_and_one_is_taken(page):
         assert 0 <= place["x"] <= place["x"] + place["width"] <= 1366
         assert place["y"] + place["height"] <= 768
         assert card(page, method).evaluate(_CUT_OFF) == []
+    assert page.page.locator(CANVAS).bounding_box()["x"] < 0  # it gives the cards all the room, until a card is pressed
     card(page, "otsu").click()
     page.until(lambda: page.app.view.settings.method == "otsu")
+    page.until(lambda: page.page.locator(CANVAS).bounding_box()["x"] > 700)  # with the method's docks
+    assert card(page, "otsu").bounding_box()["x"] < 700
     page.until(lambda: card(page, "otsu").get_attribute("aria-pressed") == "true")
     assert [one for one in compared() if card(page, one).get_attribute("aria-pressed") == "true"] == ["otsu"]
     assert page.page.locator("#outdated").count() == 0  # the method in use changes nothing of the comparison
@@ -89,6 +95,32 @@ def test_methods_are_compared_over_the_whole_page_and_one_is_taken(page):
     page.tab("Compare")
     page.page.get_by_role("button", name="Back to the picture").click()
     page.until(lambda: page.page.locator("dockpose-picture .stage").is_visible())
+
+
+@pytest.mark.parametrize("name", ["uneven lighting", "plain tank", "strong ambient light"])
+def test_scenes_of_the_paper_are_chosen_and_compare_has_its_figure_15(page, name):
+    page.unfold("Simulate")
+    page.until(lambda: page.page.locator("[style*='will-change: height']").count() == 0)
+    page.choose("Scene of the paper", name)
+    page.until(lambda: page.has_found(name) and page.app.view.source == name)
+    page.tab("Compare")
+    table = page.page.locator("table.figure-15")
+    page.until(lambda: name in page.page.locator("dockpose-compare [role=note]").inner_text())
+    levels = {row.split("\t")[0]: row.split("\t")[1] for row in table.inner_text().splitlines() if "right" in row}
+    assert list(levels) == ["HATS", "Otsu", "Sezan", "Kittler", "Kapur"]
+    for method, level in levels.items():
+        assert level in card(page, method.lower()).locator("dl").inner_text()
+    assert card(page, "hats").locator(".lost").inner_text().startswith("10 lights: ")
+    card(page, "sezan").click()
+    page.until(lambda: f"Sezan level {levels['Sezan']}" in line(page))
+    assert page.page.locator("#outdated").count() == 0  # the scene is not rendered anew for it
+    page.tab("Picture")
+    page.box("Dock z (cm)").fill("150")
+    page.until(lambda: page.box("Scene of the paper").input_value() == "(none)")
+    page.tab("Compare")
+    page.until(lambda: "simulated scene" in page.page.locator("dockpose-compare [role=note]").inner_text())
+    assert table.count() == 0
+    page.tab("Picture")
 
 
 def test_results_of_another_picture_are_dimmed_until_compared_again(page):

@@ -12,7 +12,7 @@ from dockpose.app.drawing.annotated import around_ring, kept_pixels
 from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, status_words
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
-from dockpose.app.processing.comparison import compare_view, error_words, histogram_in, same_comparison
+from dockpose.app.processing.comparison import compare_view, error_words, figure_15, histogram_in, same_comparison
 from dockpose.app.processing.losses import best_first, losses
 from dockpose.app.state.changes import with_method
 from dockpose.app.state.view import View
@@ -50,7 +50,7 @@ def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, A
 
     grey = cropped(to_levels(to_grey(view.image))[0], cv2.INTER_AREA)
     names, methods = best_first(found, view), []
-    lost = losses(found, found[names[0]])
+    lost = losses(found, found[names[0]], view.scene)
     for name in names:
         one = found[name]
         kept = cropped(255 * kept_pixels(view.image, one).astype(np.uint8), cv2.INTER_AREA)  # none is lost
@@ -75,6 +75,7 @@ def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, A
         "picture": picture,
         "histogram": np.round(100 * counts / counts.max(initial=1.0)).astype(int).tolist(),
         "methods": methods,
+        "figure": figure_15(view),
     }
 
 

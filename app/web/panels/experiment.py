@@ -90,8 +90,6 @@ class ExperimentPanel(Panel):
         self._fields.texts |= _texts_in(boxes)
 
     def _add_session(self) -> None:
-        self.gui.add_html('<dockpose-name-next name="take-frame"></dockpose-name-next>')
-        self.add("button", "take", self.take)
         self._words = self.gui.add_html("")
         names = NO_SESSION, *self._sessions.names()
         self._choice = self.add("dropdown", "choice", self.trying(self._open_chosen), options=names)

@@ -147,6 +147,7 @@ class SimulatorPanel(Panel):
         super().__init__(app)
         area = self.gui.add_folder("Simulate", expand_by_default=False)
         with area:
+            self._paper = self.add_value("dropdown", "paper")
             with self.gui.add_folder("Pose of the dock"):
                 self.add_sliders(SCENE_POSE)
             with self.gui.add_folder("Water and light", expand_by_default=False):
@@ -159,6 +160,10 @@ class SimulatorPanel(Panel):
             self.add("button", "own", self.changing(scenes.with_camera_in_use))
             self.add_download("save", "scene.yaml", lambda view: scene_bytes(scenes.scene_of(view)))
         self.add_upload(area, "load", self.changing_by_file(_with_scene_file))
+
+    def show(self, analysis: Analysis) -> None:
+        """Deselect the paper's scene once it was changed."""
+        self._paper.value = scenes.paper_scene(analysis.view)
 
 
 def scene_bytes(scene: Scene) -> bytes:

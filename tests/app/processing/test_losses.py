@@ -5,6 +5,7 @@ import pytest
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.losses import Losses, best_first, losses
 from dockpose.lights.markers import Markers
+from msgspec.structs import replace as changed
 
 
 def with_groups(found, points, areas):
@@ -28,6 +29,13 @@ def test_lights_that_are_missed_joined_and_strays_are_counted(view, right):
     other = with_groups(right, points, areas)
     assert losses({"one": right, "other": other}, right)["other"] == Losses(10, 4, 2, 1)
     assert losses({"one": right, "other": other}, right)["one"] == Losses(10, 0, 0, 0)
+
+
+def test_of_a_scene_its_own_lights_count_though_no_method_found_a_dock(view, right):
+    nothing = replace(right, status="no_lights", choice=None, ring=None)
+    assert losses({"none": nothing}, nothing, view.scene)["none"] == Losses(10, 0, 0, 0)
+    dead = changed(view.scene, lights=changed(view.scene.lights, missing=(0, 3)))
+    assert losses({"none": nothing}, nothing, dead)["none"] == Losses(8, 0, 0, 2)
 
 
 def test_words():

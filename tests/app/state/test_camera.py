@@ -197,12 +197,22 @@ def test_camera_file_of_half_the_size_is_scaled_and_says_so(view):
         (b"", r"mine\.yaml: holds no keys"),
         (b"\x89PNG\xff", r"mine\.yaml: is not a text file"),
         (b"camera: {fx_px: 1, colour: red}", r"mine\.yaml: .*"),
-        (optics.camera_file(Camera(700, 700, 300, 300, 600, 600), "dockpose"), r"mine\.yaml: .*600 x 600"),
     ],
 )
 def test_camera_file_that_does_not_fit_is_named(view, data, words):
     with pytest.raises(ValueError, match=words):
         optics.with_camera_file(view, data, "mine.yaml")
+
+
+def test_camera_file_of_another_shape_waits_for_ones_own_pictures_where_the_one_shown_has_its_own(view, sample):
+    square = Camera(700, 700, 299.5, 299.5, 600, 600)
+    data = optics.camera_file(square, "dockpose")
+    kept = optics.with_camera_file(view, data, "mine.yaml")
+    assert (kept.tank.camera, kept.camera) == (square, view.camera)
+    assert kept.notes == ("mine.yaml is for pictures of 600 x 600; the one shown keeps its own camera.",)
+    assert with_upload(kept, SQUARE, "own.png").camera_of == "tank"
+    with pytest.raises(ValueError, match=r"mine\.yaml: .*600 x 600"):
+        optics.with_camera_file(with_upload(sample, PICTURE, "own.png"), data, "mine.yaml")
 
 
 def test_port_needs_our_own_format_and_unknown_ones_are_refused(view):

@@ -9,6 +9,7 @@ PUT = {
     "angles": "0, 90, 200",
     "centroid": "Middle of the pixels kept",
     "missing": "0, 3",
+    "paper": "uneven lighting",
     "port": True,
     "psf": "hou",
     "text": "ROV 7",

@@ -145,6 +145,12 @@ def test_text_is_masked_after_eight_frames_as_one_line():
     assert masks[LEAST_FRAMES - 1] == ((13.0, 8.0, 39.0, 15.0),)
 
 
+def test_new_masks_are_told_once():
+    still = StillGroups()
+    told = [still.see(*groups(moving(frame), TEXT_PX)) for frame in range(12)]
+    assert [len(masks) for masks in told] == [0] * 7 + [1] + [0] * 4
+
+
 def test_texts_far_apart_are_masked_apart():
     masks = watch(8, moving, lambda frame: np.array([[20.0, 15.0], [20.0, 300.0], [400.0, 15.0]]))
     assert len(masks[-1]) == 3

@@ -12,6 +12,11 @@ from dockpose.simulate.parts import Lights, Pose, Sensor
 from dockpose.text import one_line
 
 
+@pytest.mark.parametrize("value", [1, 1.0, np.float32(1), np.int16(1), np.float64(1)])
+def test_numbers_of_any_kind_are_taken(value):
+    check_number("fx", value, above=0)
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, "1", None, True, [1], 10**400, 1j, np.nan, b"1"])
 def test_what_is_no_finite_number_is_named(value):
     with pytest.raises(ValueError, match=r"^fx is .*; it must be a finite number above 0$"):

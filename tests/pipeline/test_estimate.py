@@ -81,6 +81,11 @@ def test_a_rescaled_picture_scales_the_camera_and_says_so():
     assert min(errors(pose, truth)[0] for pose in found.candidates) < 0.01
 
 
+def test_a_picture_of_another_shape_is_refused():
+    with pytest.raises(ValueError, match="640 x 400"):
+        estimate(np.zeros((400, 640), np.uint8), CAMERA, DOCK)
+
+
 def dots(count: int) -> np.ndarray:
     image = np.full((480, 640), 10, np.uint8)
     for index in range(count):

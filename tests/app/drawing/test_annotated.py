@@ -1,8 +1,12 @@
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Estimate, Settings, estimate
-from dockpose.app.drawing.annotated import WIDTH_PX, annotate, around_ring, caption, montage
+from dockpose.app.drawing.annotated import WIDTH_PX, annotate, around_ring, caption, kept_pixels, montage
 from dockpose.app.drawing.colours import MASK_COLOUR, ORANGE, bgr
+from dockpose.app.processing.analysis import analyse
+from dockpose.app.state.changes import with_mask, with_method
+from dockpose.app.state.parameters import put
+from dockpose.app.state.view import with_sample
 from dockpose.camera.port import FlatPort
 from dockpose.estimate.geometry import in_picture
 from dockpose.pose.known import KnownPose
@@ -18,6 +22,15 @@ def scene() -> tuple[np.ndarray, Estimate, Estimate]:
     image, _ = render(random_scene(2, theta_x_deg=25.0, theta_y_deg=-20.0, position_m=(0.0, 0.05, 0.9)))
     hats = estimate(image, CAMERA, DOCK)
     return image, hats, estimate(image, CAMERA, DOCK, Settings(method="fixed", level=255, min_area_px=1000))
+
+
+def test_the_picture_is_full_size_colour_and_a_copy(scene):
+    image, found, _ = scene
+    before = image.copy()
+    drawn = annotate(image, found)
+    assert drawn.shape == (480, 640, 3)
+    assert drawn.dtype == np.uint8
+    np.testing.assert_array_equal(image, before)
 
 
 def changed_near(image, drawn, point, reach=12):
@@ -45,6 +58,14 @@ def test_no_line_runs_through_a_light(scene):
         light = np.s_[y - 2 : y + 3, x - 2 : x + 3]
         np.testing.assert_array_equal(drawn[light], np.repeat(image[light][..., None], 3, axis=2))
     assert (drawn != image[..., None]).any()
+
+
+@pytest.mark.parametrize("picture", ["grey", "bgr", "16 bit"])
+def test_any_kind_of_picture_can_be_drawn_on(scene, picture):
+    image, *_ = scene
+    kinds = {"grey": image, "bgr": np.dstack([image] * 3), "16 bit": image.astype(np.uint16) << 8}
+    found = estimate(kinds[picture], CAMERA, DOCK)
+    assert annotate(kinds[picture], found).shape == (480, 640, 3)
 
 
 def test_a_picture_without_a_dock_says_so_and_is_drawn():
@@ -170,3 +191,39 @@ def test_a_part_around_the_ring_fills_the_tiles(scene):
     # One column of 1584 pixels; the part is as wide as 4 to 3, so that its picture is 1188 high, give or take a pixel.
     height = round(1584 * (bottom - top) / (right - left))
     assert shows_kept_pixels(sheet[8 : 8 + height, 8 : 8 + 1584], image, hats, part)
+
+
+def test_all_tiles_show_the_part_around_the_first_ring_that_was_found(scene):
+    image, hats, none = scene
+    found = {"none": none, "hats": hats}
+    np.testing.assert_array_equal(montage(image, found), montage(image, found, part=around_ring(hats)))
+
+
+def test_lights_are_kept(view):
+    found = analyse(view).estimate
+    kept = kept_pixels(view.image, found)
+    assert kept.shape == (480, 640)
+    assert found.markers is not None
+    for x, y in found.markers.points_px:
+        assert kept[round(y), round(x)]
+
+
+def test_masks_keep_nothing(view):
+    text = with_sample(view, "burnt_in_text")
+    rows, columns = text.image.shape[:2]
+    masked = with_mask(text, 0, 0, columns, rows / 2)
+    assert not kept_pixels(text.image, analyse(masked).estimate)[: rows // 2].any()
+
+
+def test_nothing_is_kept_above_every_pixel_and_all_at_level_0(view):
+    nothing = analyse(put(with_method(view, "fixed", 255), "level", 255)).estimate
+    everything = analyse(with_method(view, "fixed", 0)).estimate
+    assert not kept_pixels(view.image, nothing).any()
+    assert kept_pixels(view.image, everything).all()
+
+
+def test_levels_of_their_own_keep_the_pixels_they_list(view):
+    found = analyse(with_method(view, "hats_local", 0)).estimate
+    assert found.threshold is not None
+    assert found.threshold.kept is not None
+    assert kept_pixels(view.image, found).sum() == len(found.threshold.kept[0].index)

@@ -94,6 +94,15 @@ def test_a_pose_is_drawn_where_it_lies_and_in_its_own_colour_alone(layer, colour
     assert set(counts.values()) == {0}
 
 
+@pytest.mark.parametrize("layer", LAYERS)
+def test_each_layer_of_the_png_changes_something_of_its_own(layer):
+    plain = annotate(PICTURE, FOUND, layers=(), truth=TRUTH)
+    np.testing.assert_array_equal(plain, cv2.cvtColor(PICTURE, cv2.COLOR_GRAY2BGR))
+    assert (annotate(PICTURE, FOUND, layers=[layer], truth=TRUTH) != plain).any()
+    with pytest.raises(ValueError, match="layers has 'lamps'"):
+        annotate(PICTURE, FOUND, layers=["lamps"])
+
+
 def test_the_scale_is_a_round_length_at_the_docks_distance():
     length_m, length_px = scale_bar(FOUND)
     assert length_m in (0.2, 0.1, 0.5)

@@ -13,7 +13,7 @@ from dockpose.sidecar import load_dock, sample_names, samples_folder
 from dockpose.simulate.files import render_folder
 from dockpose.sources import SourceError
 
-from tests.support.docks import CAMERA
+from tests.support.docks import CAMERA, uneven
 
 MOST_BYTES = 3_000_000
 
@@ -35,6 +35,12 @@ def test_a_folder_and_a_glob_are_their_pictures_in_numeric_order_and_several_sou
     assert names(expand([str(folder / "frame*.png")])) == ["frame2.png", "frame10.png"]
     sources = [str(folder / name) for name in ("frame10.png", "missing.png", "frame2.png")]
     assert names(expand(sources)) == ["frame10.png", "missing.png", "frame2.png"]
+
+
+def test_a_name_with_brackets_that_exists_is_no_glob(tmp_path):
+    path = tmp_path / "dock[1].png"
+    path.write_bytes(b"")
+    assert expand([str(path)]) == [path]
 
 
 def test_an_empty_folder_and_a_glob_without_match_are_told(tmp_path):
@@ -61,6 +67,11 @@ def test_all_are_rendered_again_byte_for_byte(tmp_path):
     assert render_folder(copy) == sorted(sample_names())
     for path in sorted(samples_folder().iterdir()):
         assert (copy / path.name).read_bytes() == path.read_bytes(), path.name
+
+
+def test_a_dock_comes_back_to_the_same_numbers(tmp_path):
+    save_dock(uneven(0), tmp_path / "dock.yaml")
+    assert load_dock(tmp_path / "dock.yaml") == uneven(0)
 
 
 def test_the_camera_lies_beside_it(tmp_path):

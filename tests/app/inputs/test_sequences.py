@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.sequences import SIMULATED, capture_from, choices, choose, given, sent, simulated
+from dockpose.app.inputs.sequences import SIMULATED, capture_from, choices, choose, given, is_sequence, sent, simulated
 from dockpose.app.processing.following import FrameFollower, chosen_by_track
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import DEFAULT_DOCK, with_first_frame, with_frame
@@ -18,7 +18,7 @@ from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, Pose, Scene
 from dockpose.simulate.optics.water import preset
 from dockpose.simulate.parts import Text
-from dockpose.sources import CaptureSettings, Simulated
+from dockpose.sources import CaptureSettings, Simulated, SourceError
 from PIL import Image
 
 from tests.support import bags
@@ -110,6 +110,17 @@ def test_given_camera_and_dock_go_before_those_beside(folder):
     with given(str(folder / "tank.avi"), mine, dock).open(refuse) as frames:
         assert (frames.camera, frames.dock) == (mine, dock)
     assert given(str(folder / "shots"), None, None).open(refuse).count == 2
+
+
+def test_what_is_a_sequence(folder):
+    for source in (str(folder), str(folder / "tank.avi"), "0", "rtsp://127.0.0.1/x"):
+        assert is_sequence(source)
+    assert not is_sequence(str(folder / "shots" / "shot0.png"))
+
+
+def test_missing_video_is_told_at_the_start():
+    with pytest.raises(SourceError, match=r"nowhere\.mp4"):
+        given("nowhere.mp4", None, None).open(refuse)
 
 
 @pytest.mark.parametrize("name", SIMULATED)
@@ -232,6 +243,10 @@ def test_the_page_may_play_the_bags_of_its_folder(tmp_path):
 
 def asked(**values):
     return {"exposure": None, "gain": "", "rate_hz": " ", "format": None} | values
+
+
+def test_what_is_left_blank_is_left_to_the_camera():
+    assert capture_from(asked(), NAMES) == CaptureSettings()
 
 
 def test_text_and_numbers_are_taken():

@@ -94,6 +94,14 @@ def test_picture_with_a_yaml_beside_it_says_which_it_uses(sample, tmp_path):
     assert do(view, optics.with_my_tank).camera == CAMERA
 
 
+def test_origin_of_what_a_picture_brings(sample):
+    assert optics.origin(sample) == "the sample"
+    assert optics.in_force_words(sample) == "In use here: camera and dock of the sample."
+    assert optics.in_force_words(do(sample, put, "fx", 600)).endswith("of the sample, changed by hand.")
+    assert optics.origin(with_scene(sample, sample.scene)) == "the simulated scene"
+    assert optics.origin(with_first_frame(sample, sample.image, "x", None, None)) == "the sequence"
+
+
 def test_sequence_is_seen_with_my_tank_unless_it_brings_its_own(sample):
     first = with_first_frame(sample, sample.image, "frame 1", None, None)
     assert (first.camera, first.camera_of, first.dock) == (CAMERA, "tank", MINE.dock)

@@ -18,6 +18,12 @@ PICTURE = cv2.imencode(".png", np.full((480, 640), 20, np.uint8))[1].tobytes()
 UNEVEN = (0.0, 30.0, 75.0, 120.0, 180.0, 250.5, 300.0)
 
 
+@pytest.mark.parametrize("value", [math.nan, "8", None, True, [8]])
+def test_number_of_lights_that_is_no_number_is_refused(view, value):
+    with pytest.raises(UserError, match="must be a number"):
+        put(view, "lights", value)
+
+
 def with_dock(view, **values):
     return replace(view, dock=Dock(0.3, **values))
 
@@ -27,6 +33,12 @@ def test_angles_are_read_and_the_number_of_lights_follows(view, text):
     dock = choices.with_angles(view, text).dock
     assert (dock.angles_deg, dock.lights, dock.diameter) == ((0, 36, 72), 3, view.dock.diameter)
     assert choices.angles_text(dock) == "0, 36, 72"
+
+
+def test_text_of_angles_is_read_back(view):
+    text = choices.angles_text(Dock(0.3, angles_deg=UNEVEN))
+    assert text == "0, 30, 75, 120, 180, 250.5, 300"
+    assert choices.with_angles(view, text).dock.angles_deg == UNEVEN
 
 
 @pytest.mark.parametrize("text", ["", "  ", " , "])
@@ -100,6 +112,11 @@ def test_even_spacing_written_out_gives_the_same_pose(view):
     assert given.selected.position_m == pytest.approx(even.selected.position_m, abs=1e-4)
 
 
+@pytest.mark.parametrize(("value", "lights"), [(0, None), (-2, None), (1, 3), (8, 8), (8.4, 8), (1000, 60)])
+def test_number_of_lights(view, value, lights):
+    assert put(view, "lights", value).dock.lights == lights
+
+
 def test_centroid(view):
     assert choices.with_centroid(view, "binary").settings.centroid == "binary"
     with pytest.raises(ValueError, match="'round'"):
@@ -139,6 +156,12 @@ def test_method_takes_the_level_it_starts_from_and_one_that_finds_its_level_has_
     assert (fixed.settings.method, fixed.settings.level) == ("fixed", 166)
     assert choices.with_method(fixed, "otsu", 166).settings == choices.with_method(view, "otsu").settings
     assert choices.with_method(fixed, "hats").settings.level is None
+
+
+@pytest.mark.parametrize("method", ["otsus", "", None, 1])
+def test_unknown_method_is_refused(view, method):
+    with pytest.raises(ValueError, match="method is"):
+        choices.with_method(view, method, 100)
 
 
 def test_pose_by_hand_is_used_and_said(view):

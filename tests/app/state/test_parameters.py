@@ -3,7 +3,8 @@ import math
 import pytest
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
-from dockpose.app.state.parameters import LENS, PARAMETERS, PORT, SCENE, put
+from dockpose.app.state.camera import with_port
+from dockpose.app.state.parameters import DISTORTION, LENS, PARAMETERS, PORT, SCENE, put
 from dockpose.app.state.scene import SOURCE_NAME
 from dockpose.app.state.view import open_source
 
@@ -15,6 +16,11 @@ NO_NUMBERS = [math.nan, math.inf, -math.inf, "700", None, True, [700], b"7"]
 def test_what_is_no_number_is_refused_in_a_sentence(view, name, value):
     with pytest.raises(UserError, match="must be a number"):
         put(view, name, value)
+
+
+def test_numbers_of_a_port_are_there_with_a_port(view):
+    assert [one.is_there(view) for one in (LENS | PORT).values()] == [True] * 4 + [False] * 4
+    assert all(one.is_there(with_port(view, True)) for one in (LENS | PORT).values())
 
 
 def test_unknown_number_is_refused(view):
@@ -89,6 +95,11 @@ def test_other_lenses_keep_their_number_of_coefficients():
     assert put(fisheye, "p2", 0.05).camera.distortion == (0.1, 0.1, 0.1, 0.05)
     with pytest.raises(UserError, match="four coefficients"):
         put(fisheye, "k3", 0.1)
+
+
+def test_given_distortion_is_within_the_limits():
+    strong = open_source(None, Camera(700, 700, 319.5, 239.5, 640, 480, (3.0, -5.0, 0.2, -0.3, 9.0)), None)
+    assert all(abs(one.get(strong)) <= one.range(strong).high for one in DISTORTION.values())
 
 
 @pytest.mark.parametrize("name", SCENE)

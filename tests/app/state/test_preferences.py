@@ -58,6 +58,14 @@ def test_wrong_settings_file_is_named(view, data, words):
         with_settings_file(view, data, "mine.yaml")
 
 
+def test_last_settings_are_there_at_the_next_start(tmp_path):
+    first = Memory(tmp_path / "dockpose")
+    assert first.now == Remembered()
+    first.change(settings=Settings(method="otsu", masks=((1, 2, 3, 4),)), dark=True)
+    first.write()
+    assert Memory(tmp_path / "dockpose").now == Remembered(Settings(method="otsu"), True)
+
+
 @pytest.mark.parametrize(
     "content", [b"", b"\xff\xfe", b"settings: 3", b"settings: {method: gone}", b"a: [", b"[" * 9999]
 )

@@ -13,11 +13,18 @@ from dockpose.app.state.scene import with_scene
 from dockpose.app.state.view import MeasuredPose, number_text, typed_number
 from dockpose.camera.image import ImageError
 from dockpose.pose.known import KnownPose
-from dockpose.sidecar import sample_path
+from dockpose.sidecar import sample_names, sample_path
 
 
 def png(width, height):
     return cv2.imencode(".png", np.full((height, width), 20, np.uint8))[1].tobytes()
+
+
+def test_starts_on_the_first_sample(view):
+    sample = load_sample(sample_names()[0])
+    assert (view.source, view.sample, view.camera, view.dock) == ("plain", "plain", sample.camera, sample.dock)
+    assert view.truth == sample.truth
+    assert view.note == ""
 
 
 def test_opens_a_picture_with_the_values_beside_it_which_given_ones_go_before():
@@ -34,6 +41,15 @@ def test_camera_of_another_shape_is_refused_and_a_missing_picture_named():
         state.open_source(None, Camera(800, 800, 300, 300, 600, 600), None)
     with pytest.raises(ImageError, match=r"nowhere\.png"):
         state.open_source("nowhere.png", None, None)
+
+
+def test_picture_of_unknown_camera_gets_a_guess_and_a_note(tmp_path):
+    (tmp_path / "tank.png").write_bytes(png(400, 300))
+    view = state.open_source(str(tmp_path / "tank.png"), None, None)
+    assert math.degrees(view.camera.field_of_view_rad[0]) == pytest.approx(60)
+    assert (view.camera.cx, view.camera.cy) == (199.5, 149.5)
+    assert view.dock == state.DEFAULT_DOCK
+    assert "400 x 300" in view.notes[0]
 
 
 @pytest.mark.parametrize("name", ["", "../../etc/passwd", None, 3, ["plain"]])

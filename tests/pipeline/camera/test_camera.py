@@ -67,6 +67,12 @@ def test_a_fisheye_has_no_image_where_its_polynomial_falls_again():
     assert np.isfinite(image).all(axis=1).tolist() == [True, False]
 
 
+def test_pixels_outside_a_lens_are_still_numbers():
+    camera = Camera(300, 300, 320, 240, 640, 480, (-0.4, 0, 0, 0))  # reaches 0.61 focal lengths, the corner 1.3
+    assert np.isfinite(camera.undistort(whole_picture(camera))).all()
+    assert np.isfinite(BEHIND_ITSELF.undistort(whole_picture(BEHIND_ITSELF))).all()
+
+
 @pytest.mark.parametrize("depth_m", [0.5, 1.0, 10.0])
 def test_virtual_pixels_are_what_a_pinhole_in_the_water_would_see(depth_m):
     wet = msgspec.structs.replace(BARREL, port=FlatPort(0.03, 0.01))
@@ -131,6 +137,11 @@ def test_bad_values_are_named(change, message):
     good = {"fx": 700, "fy": 700, "cx": 320, "cy": 240, "width": 640, "height": 480}
     with pytest.raises(ValueError, match=message):
         Camera(**(good | change))
+
+
+def test_points_of_a_wrong_shape_are_named():
+    with pytest.raises(ValueError, match=r"points_m has shape \(3,\)"):
+        PINHOLE.project([1, 2, 3])
 
 
 def with_prism(*tilt: float) -> Camera:

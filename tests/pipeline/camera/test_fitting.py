@@ -36,6 +36,14 @@ def test_the_true_camera_is_within_its_errors(repeated):
     assert np.abs(off / sigma).max() < 4  # of 150 numbers
 
 
+def test_boards_that_are_all_square_on_do_not_tell_the_focal_length():
+    seen = sightings(TRUE, 0, tilt_rad=0.0, ranges_m=(0.4, 0.41))
+    with pytest.raises(CalibrationError, match="no focal length"):
+        fit(seen, SIZE, LENSES["none"])
+    fitted = fit(seen, SIZE, LENSES["k2"])
+    assert sigmas_of(fitted, seen).values["fx"] > fitted.camera.fx
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("camera", "name"),

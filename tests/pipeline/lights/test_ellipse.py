@@ -18,6 +18,13 @@ def on_ellipse(cx, cy, major, minor, angle, t):
     )
 
 
+def test_unit_circle_from_its_equation():
+    ellipse = ellipse_from_conic([1, 0, 1, 0, 0, -1])
+    assert ellipse.centre_px == pytest.approx((0, 0))
+    assert ellipse.semi_axes_px == pytest.approx((1, 1))
+    assert ellipse.eccentricity == pytest.approx(0, abs=1e-7)
+
+
 def test_an_ellipse_from_its_equation_whatever_the_sign():
     # (x - 3)^2 / 25 + (y + 1)^2 / 9 = 1, times 225.
     equation = np.array([9, 0, 25, -54, 50, 81 + 25 - 225])
@@ -65,6 +72,14 @@ def test_noisy_points_agree_with_opencv(seed):
     assert ellipse.semi_axes_px == pytest.approx((max(axes) / 2, min(axes) / 2), abs=2e-4)
 
 
+def test_the_conic_matrix_and_its_coefficients_are_inverses():
+    ellipse = ellipse_from_conic([2.0, 0.5, 1.0, -3.0, 1.0, -4.0])
+    m = ellipse.matrix
+    np.testing.assert_array_equal(m, m.T)
+    coefficients = [m[0, 0], 2 * m[0, 1], m[1, 1], 2 * m[0, 2], 2 * m[1, 2], m[2, 2]]
+    np.testing.assert_allclose(coefficients, ellipse.conic)
+
+
 @pytest.mark.parametrize(
     ("points", "message"),
     [
@@ -84,6 +99,16 @@ def test_points_without_an_ellipse_are_told(points, message):
 def test_other_conics_are_no_ellipse(conic):
     with pytest.raises(NoEllipseError):
         ellipse_from_conic(conic)
+
+
+def test_fitting_to_points_of_a_hyperbola_never_gives_nan():
+    x = np.array([-4.0, -3, -2, 2, 3, 4])
+    points = np.column_stack([x, np.sqrt(x * x - 1) * np.array([1, -1, 1, -1, 1, -1])])
+    try:
+        ellipse = fit_ellipse(points)
+    except NoEllipseError:
+        return
+    assert np.isfinite([*ellipse.centre_px, *ellipse.semi_axes_px, ellipse.angle_rad, ellipse.rms_px]).all()
 
 
 def arc_sizes(degrees, seeds=200):

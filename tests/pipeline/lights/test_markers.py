@@ -70,6 +70,17 @@ def test_small_groups_are_dropped_and_counted():
     assert markers.dropped == 1
 
 
+def test_nothing_above_the_level_gives_no_markers():
+    markers = markers_at(np.zeros((6, 6), np.uint8), 1)
+    assert len(markers) == 0
+    assert markers.points_px.shape == (0, 2)
+
+
+def test_everything_above_the_level_is_one_group():
+    markers = markers_at(np.full((6, 8), 9, np.uint8), 0)
+    np.testing.assert_allclose(markers.points_px, [[3.5, 2.5]])
+
+
 def test_a_16_bit_picture_weighs_by_its_own_grey_values():
     image = np.full((15, 19), 1000, np.uint16)
     image[7, 8:10] = [40000, 50000]
@@ -115,6 +126,13 @@ def test_saturated_lights_that_touch_are_parted_and_centred_by_their_outlines():
     assert apart.max() < 0.3
 
 
+def test_a_saturated_light_that_the_edge_cuts_is_centred_by_what_is_left_of_its_outline():
+    centres = [(10.4, 70.3), (150.2, 80.6)]
+    markers = markers_at(saturated_discs(centres, 20.0), 128)
+    np.testing.assert_allclose(markers.points_px, centres, atol=0.3)
+    assert not markers.cut.any()
+
+
 def test_what_the_edge_cuts_is_known_only_by_an_outline():
     image = saturated_discs([(150.2, 80.6)], 20.0)
     image[60:100, :20] = 255  # a bar's outline is no ellipse's
@@ -135,6 +153,10 @@ def test_large_lamps_that_the_edge_cuts_are_lights_of_a_ring():
     assert found.selected.position_m[2] == pytest.approx(800 * 0.2 / 80, rel=0.01)
 
 
+def test_a_large_light_is_one():
+    assert len(markers_at(saturated_discs([(120.0, 80.0)], 60.0), 128)) == 1
+
+
 @pytest.mark.parametrize("size", [1, 4])
 def test_peaks_are_the_brightest_levels(size):
     image = np.zeros((40, 60), np.uint8)
@@ -142,6 +164,20 @@ def test_peaks_are_the_brightest_levels(size):
     image[10, 10] = 140
     image[20 : 20 + size, 30 : 30 + size] = 200
     assert markers_at(image, 80).peaks.tolist() == [140, 200]
+
+
+@pytest.mark.parametrize(("slope_x", "slope_y"), [(0.15, 0.0), (0.0, -0.15), (0.1, 0.1)])
+def test_water_that_grows_brighter_to_one_side_does_not_pull_a_centre(slope_x, slope_y):
+    # Taken for light, a rise of g levels a pixel over a lamp of radius r and height h moves its centre by about
+    # g r^2 / (4 h), here by some 0.05 pixels.
+    y, x = np.mgrid[:81, :81].astype(float)
+    lamp = 120 / (1 + np.exp(3 * (np.hypot(x - 40.3, y - 39.8) - 9.0)))
+    grey = np.round(256 * (70 + slope_x * (x - 40) + slope_y * (y - 40) + lamp)).astype(np.uint16)
+    box, rough = np.array([[31, 31, 49, 49]]), np.array([[40.0, 40.0]])
+    even = np.round(256 * (70 + lamp)).astype(np.uint16)
+    alone = grey_centres(even, box, rough)
+    np.testing.assert_allclose(alone, [[40.3, 39.8]], atol=0.02)  # a sharp edge is sampled by whole pixels
+    np.testing.assert_allclose(grey_centres(grey, box, rough), alone, atol=0.005)
 
 
 @pytest.mark.parametrize(("step", "depth"), [(1, np.uint8), (16, np.uint16), (256, np.uint16)])

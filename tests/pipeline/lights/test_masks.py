@@ -11,7 +11,7 @@ from dockpose import Camera, Settings, estimate
 from dockpose.lights.markers import Markers
 from dockpose.lights.masks import LEAST_FRAMES, StillGroups, hidden_pixels, hide
 from dockpose.simulate import FilmPlan, Hover, Lights, Pose, Scene, film, render
-from dockpose.simulate.parts import Background, Text
+from dockpose.simulate.parts import Background, Snow, Text
 from dockpose.thresholds import METHODS, histogram_of
 
 from tests.support.scenes import CAMERA, DOCK, random_scene
@@ -33,6 +33,13 @@ SMALL = Camera(350.0, 350.0, 159.5, 119.5, 320, 240)
 def test_pixels_whose_centres_lie_in_a_mask_are_hidden(mask, hidden):
     found = hidden_pixels((3, 4), [mask])
     assert ["".join("#" if pixel else "·" for pixel in row) for row in found] == hidden
+
+
+def test_nothing_is_copied_without_masks():
+    grey = np.zeros((3, 4), np.uint8)
+    same, counted = hide(grey, ())
+    assert same is grey
+    assert counted is None
 
 
 def test_masked_pixels_are_black_and_do_not_count():
@@ -68,6 +75,15 @@ def picture_with_text():
     return render(msgspec.structs.replace(scene, texts=text))
 
 
+def test_masked_text_is_no_light():
+    image, _ = picture_with_text()
+    before = estimate(image, CAMERA, DOCK)
+    assert (before.markers.points_px < 100).all(axis=1).any()
+    after = estimate(image, CAMERA, DOCK, Settings(masks=((10, 10, 90, 40),)))
+    assert len(after.markers) == 10
+    assert after.to_dict()["settings"]["masks"] == [[10, 10, 90, 40]]
+
+
 def test_a_masked_light_is_no_light():
     image, truth = picture_with_text()
     x, y = truth.lights_px[0]
@@ -100,6 +116,12 @@ def test_whatever_is_left_by_a_mask_is_no_fault(method):
     everything = estimate(image, CAMERA, DOCK, Settings(method=method, level=128, masks=((-1, -1, 1e6, 1e6),)))
     assert everything.status == "no_lights"
     assert everything.message == "No lights: the whole picture is masked."
+
+
+def test_a_large_picture_of_which_little_is_left_is_no_fault():
+    image = np.full((1080, 1920), 200, np.uint8)
+    camera = Camera(2100.0, 2100.0, 959.5, 539.5, 1920, 1080)
+    assert estimate(image, camera, DOCK, Settings(masks=((0, 0, 1920, 1079),))).status == "no_lights"
 
 
 # What stays put over frames. The dock is a ring of ten groups, the text three at the upper left.
@@ -202,6 +224,13 @@ def lettering(frames, moves, seed=0):
     return still.masks, letters
 
 
+def test_letters_are_masked_although_a_dock_was_seen_on_them():
+    masks, letters = lettering(40, lambda frame: moving(frame) + [0.0, 100.0])
+    hidden = hidden_pixels((400, 400), masks)
+    assert all(hidden[round(y), round(x)] for x, y in letters)
+    assert not any(hidden[round(y), round(x)] for x, y in moving(39) + [0.0, 100.0])
+
+
 def test_letters_that_were_alone_in_view_are_masked_once_a_dock_moves_in_although_one_was_seen_on_them():
     still, rng = StillGroups(), np.random.default_rng(3)
     letters = np.vstack([TEXT_PX, TEXT_PX + [0.0, 25.0], TEXT_PX + [40.0, 0.0]])
@@ -284,3 +313,13 @@ def test_burnt_in_text_is_masked_while_the_vehicle_hovers_and_no_light_ever_is()
     for truth in truths:
         x, y = np.rint(truth.lights_px).astype(int).T
         assert not hidden[y, x].any()
+
+
+def test_a_dock_that_hovers_on_the_spot_in_snow_is_not_masked():
+    masks, _ = filmed(Hover(frames=12, drift_m=0.0, drift_deg=0.0), snow=Snow(count=100, level=200.0))
+    assert masks == ()
+
+
+def test_a_sequence_that_stands_still_masks_nothing():
+    masks, _ = filmed(Hover(frames=12, drift_m=0.0, drift_deg=0.0), texts=TEXTS)
+    assert masks == ()

@@ -37,6 +37,12 @@ def text(left=400.0, top=30.0, letters=19):
     return np.column_stack([left + 11.0 * np.arange(letters), top + rng.uniform(-2.5, 2.5, letters)])
 
 
+def test_lights_alone_are_all_kept():
+    ring = ring_of(lights())
+    assert ring.on_ring.all()
+    assert "All 10" in ring.reason
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_lights_are_told_from_text_snow_and_lamps_with_up_to_three_missing(seed):
     rng = np.random.default_rng(seed)
@@ -180,10 +186,20 @@ def test_snow_and_text_without_a_dock_are_no_ring(count, seed):
     assert "None of the 49 groups" in ring.reason
 
 
+def test_two_lines_of_text_are_no_arc_of_a_huge_ring():
+    points = np.vstack([text(), text(20.0, 450.0, 6)])
+    assert not ring_of(points, None).found
+
+
 def test_without_the_number_of_lights_a_ring_is_still_found():
     assert ring_of(lights(9), None).on_ring.all()
     points = np.vstack([lights(10), text()])
     assert np.flatnonzero(ring_of(points, None).on_ring).tolist() == list(range(10))
+
+
+def test_the_same_points_give_the_same_ring():
+    points = np.random.default_rng(5).uniform(0, 480, (60, 2))
+    assert ring_of(points).on_ring.tolist() == ring_of(points).on_ring.tolist()
 
 
 @pytest.mark.parametrize("points", [np.zeros((12, 2)), np.full((6, 2), 3.0), np.arange(20.0).reshape(10, 2)])

@@ -74,6 +74,19 @@ def test_lights_off_in_all_directions_say_nothing_of_a_slide():
     assert max(pose.sigma_theta_rad) > math.radians(0.5)
 
 
+def test_roll_comes_back_modulo_the_spacing():
+    for roll in (0.2, 0.2 + 3 * np.pi / 5):
+        points, _ = seen((0.1, -0.05, 1.2), 0.3, 0.5, roll=roll)
+        assert choose(points).candidates[0].roll_rad == pytest.approx(0.2, abs=1e-5)
+
+
+def test_lights_are_numbered_around_the_ring():
+    points, _ = seen((0.1, -0.05, 1.2), 0.3, 0.5, skip=(4,))
+    numbers = choose(points).lights
+    steps = np.diff(numbers) % 10
+    assert steps.tolist() == [1, 1, 1, 2, 1, 1, 1, 1]
+
+
 def test_a_far_dock_is_a_coin_toss_and_says_so():
     # 12 m, 10 degrees, 0.3 px: right in 55 % of trials, however it is computed.
     chances = []
@@ -150,6 +163,12 @@ def test_one_red_light_breaks_the_symmetry():
     placement = place(points, dock, labels)
     assert placement.lights[0].tolist() == [(light - 4) % 10 for light in range(10)]
     assert placement.rolls_rad[0] % (2 * math.pi) == pytest.approx(math.radians(100 + 144))
+
+
+def test_colours_that_cannot_be_told_leave_the_roll_open():
+    dock = Dock(0.3, colours=("red", *["white"] * 9))
+    placement = place(np.radians([36.0 * light for light in range(10)])[None], dock, [None] * 10)
+    assert placement.period_rad == pytest.approx(math.pi / 5)
 
 
 def anywhere(dock, camera, seed, noise_px=0.0):

@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+from dockpose import Dock
 from dockpose.paper.tables import coded_dock
 from dockpose.pose.circle import rotation_from_angles
 from dockpose.pose.pnp import METHODS, NAMES, NoPoseError, peer_poses, solve
@@ -88,3 +89,8 @@ def test_lights_in_a_row_never_give_nan(method):
     except NoPoseError:
         return
     assert np.isfinite([*pose.position_m, *pose.normal]).all()
+
+
+def test_an_unknown_method_is_named():
+    with pytest.raises(ValueError, match="'magic'"):
+        solve(seen(range(12)), range(12), CAMERA, Dock(0.3, 12), "magic")

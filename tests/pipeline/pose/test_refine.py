@@ -157,6 +157,15 @@ def test_deviations_of_a_dock_square_on_by_hand():
     assert deviations(covariance, quarter, 1.0)[1] == pytest.approx((1 / 10, 1 / 5))
 
 
+def test_deviations_agree_with_errors_whatever_the_roll():
+    sigmas = []
+    for seed in (1, 2):  # same pose, other roll
+        points, _, _ = seen((0.1, -0.05, 1.2), 0.4, 0.3, seed=seed)
+        poses = circle_poses(fit_ellipse(points), CAMERA, DOCK.diameter)
+        sigmas.append(choose_by_spacing(poses, points, CAMERA, DOCK).candidates[0].sigma_theta_rad)
+    assert sigmas[0] == pytest.approx(sigmas[1], rel=0.02)
+
+
 def test_a_light_that_its_covariance_calls_poor_counts_less():
     known = np.tile(0.02**2 * np.eye(2), (10, 1, 1))
     known[3] = 0.5**2 * np.eye(2)

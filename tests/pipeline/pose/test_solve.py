@@ -73,6 +73,30 @@ def test_square_on_both_poses_are_one_and_it_says_so():
     assert not find_poses(tilted, CAMERA, DOCK)[1].coincide
 
 
+@pytest.mark.parametrize("seed", range(10))
+def test_noise_square_on_never_breaks_it(seed):
+    points, _ = seen(CAMERA, (0, 0, 1.5), 0.0, 0.0)
+    points = points + np.random.default_rng(seed).normal(0, 0.5, points.shape)
+    for pose in find_poses(points, CAMERA, DOCK)[1].candidates:
+        assert pose.position_m[2] == pytest.approx(1.5, rel=0.02)
+        assert np.isfinite([*pose.normal, *pose.sigma_position_m, *pose.sigma_theta_rad, pose.probability]).all()
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        [[1, 1], [1, 1], [1, 1], [1, 1], [1, 1], [1, 1]],
+        [[i, 2 * i] for i in range(8)],
+        [[math.nan, 0], [1, 0], [0, 1], [1, 1], [2, 2], [3, 5]],
+        [[0, 0], [1, 0]],
+    ],
+)
+@pytest.mark.parametrize("camera", [CAMERA, IN_AIR])
+def test_points_without_an_ellipse_are_named(points, camera):
+    with pytest.raises(NoEllipseError):
+        find_poses(points, camera, DOCK)
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_five_points_anywhere_give_numbers_or_a_named_error(seed):
     rng = np.random.default_rng(seed)

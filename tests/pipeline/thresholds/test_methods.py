@@ -40,6 +40,12 @@ def test_each_method_is_told_from_the_others_by_its_title_and_its_look():
         assert all(len(rgb(METHODS.look(name)[0])) == 3 for name in METHODS)
 
 
+def test_the_decorator_returns_the_function():
+    with registered():
+        assert register_threshold("mine")(level_200) is level_200
+        assert METHODS.title("mine") == "mine"
+
+
 def test_names_and_titles_of_others_are_refused():
     with registered(mine=("My method", level_200)):
         with pytest.raises(ValueError, match="there is a threshold method 'otsu' already, dockpose's own"):

@@ -56,10 +56,21 @@ def test_noise_alone_has_next_to_no_lights(seed):
     assert sum(len(found) for found in centres(drawn(1, 0, noise=8.0, seed=seed))) <= 1
 
 
+def test_an_even_picture_has_none():
+    assert centres(np.full((480, 640), 90, np.uint8)) == []
+
+
 @pytest.mark.parametrize("looks", [at_scales, by_outlines])
 def test_a_picture_that_is_masked_as_a_whole_has_none(looks):
     image = drawn(3, 60)
     assert list(looks(histogram_of(image, np.zeros_like(image)), 4)) == []
+
+
+def test_three_times_the_contrast_has_the_same_lights():
+    image = drawn(3, 20)
+    one, three = (max(centres(picture), key=are_lights) for picture in (image, 3 * image))
+    assert are_lights(one)
+    assert are_lights(three)
 
 
 @pytest.mark.parametrize("noise_levels", [0, 2])

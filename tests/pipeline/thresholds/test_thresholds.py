@@ -70,6 +70,14 @@ def test_groups_of_bright_pixels_are_those_of_opencv(seed):
     assert len(pairs) == count  # one of ours for each of theirs
 
 
+def test_the_picture_is_searched_once_and_the_lowest_floor_serves_all():
+    histogram = histogram_of(spots(200, 100))
+    low = histogram.bright(50)
+    assert histogram.bright(50) is low
+    assert len(histogram.bright(150)) == 25
+    assert histogram.bright(50) is low
+
+
 @pytest.mark.parametrize("peaks", [(200, 200, 200), (250, 250, 180, 120, 90)])
 def test_hats_goes_down_to_the_dimmest_light_and_no_farther(peaks):
     threshold = hats(histogram_of(spots(*peaks)), min_area_px=4)
@@ -85,6 +93,15 @@ def test_hats_separates_lights_whose_glow_runs_together():
     threshold = hats(histogram_of(image), min_area_px=4)
     assert threshold.groups_at_level[threshold.level] == 4
     assert 120 < threshold.level <= 230
+
+
+def test_isolated_bright_pixels_do_not_decide():
+    image = spots(200, 200, 200)
+    rng = np.random.default_rng(3)
+    for row, column in zip(rng.integers(0, 20, 25), rng.integers(0, 180, 25), strict=True):
+        image[row, column] = 255
+    threshold = hats(histogram_of(image), min_area_px=6)
+    assert threshold.groups_at_level[threshold.level] == 3
 
 
 def test_the_curve_and_the_candidates_are_kept():
@@ -227,6 +244,15 @@ def test_two_levels_are_told_apart_of_8_and_of_16_bits(method):
     assert 30 < threshold.level <= 200
     assert threshold.level <= threshold.native_level
     assert (deep.level, deep.native_level) == (threshold.level, 256 * threshold.level)
+
+
+@BY_THE_PICTURE
+@pytest.mark.parametrize("seed", range(3))
+def test_16_bit_pictures_have_the_level_of_their_256_bins(method, seed):
+    image, _ = render(random_scene(seed))
+    small = METHODS[method](histogram_of(image), 2, 0)
+    large = METHODS[method](histogram_of(image.astype(np.uint16) << 8), 2, 0)
+    assert (large.level, large.native_level) == (small.level, 256 * small.level)
 
 
 @BY_THE_PICTURE

@@ -44,6 +44,14 @@ def test_the_first_frame_and_each_hundredth_are_searched_and_all_others_followed
         np.testing.assert_allclose(each.selected.sigma_position_m, alone.selected.sigma_position_m, rtol=0.5)
 
 
+def test_centres_are_those_of_a_searched_picture(course):
+    for frame, each in zip(course, seen(course), strict=True):
+        alone = estimate(frame.image, CAMERA, DOCK)
+        own, others = (one.markers.points_px[one.ring.on_ring] for one in (each, alone))
+        apart = np.linalg.norm(own[:, None] - others[None], axis=2).min(axis=1)
+        assert apart.max() < 0.05
+
+
 def test_blocks_are_found_alike_in_any_order(course):
     border = BLOCK - FIRST
     second = [plain(found) for found in seen(course, border)]

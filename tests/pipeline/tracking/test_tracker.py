@@ -111,6 +111,12 @@ def test_a_known_motion_is_exact():
     np.testing.assert_allclose(moved.normal, (-1, 0, 0), atol=1e-12)
 
 
+def test_what_is_not_seen_becomes_less_certain():
+    chain = Chain.begin(pose_at((0.0, 0.0, 2.0)), Settings())
+    spreads = [chain.predict(time_s, Settings()).variances[0].tolist() for time_s in (0.05, 0.1, 0.5)]
+    assert (np.diff(spreads, axis=0) > 0).all()
+
+
 # Sequences of estimates.
 
 
@@ -280,6 +286,13 @@ def test_a_known_motion_tells_it_for_sure(seed, turns):
     right, probability = sweep(turns, seed=seed, command=True)
     assert right
     assert probability > 0.99
+
+
+def test_nothing_tells_the_poses_of_a_dock_at_rest_apart():
+    tracker, rotation = Tracker(CAMERA, UNKNOWN), facing(8, -25)
+    for step in range(60):
+        result = tracker.follow(shown((0.1, 0.0, 2.0), rotation, dock=UNKNOWN, seed=step), 0.1 * step)
+    assert result.track.probability < 0.8
 
 
 def test_errors_that_stay_do_not_add_up_while_nothing_moves():

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from unittest.mock import MagicMock
 
 import pytest
 from dockpose.app.export.words import advice, status_line, why_this_one
@@ -8,6 +9,7 @@ from dockpose.app.state.parameters import put
 from dockpose.app.state.view import with_sample
 from dockpose.app.web.panels import detect
 from dockpose.pose.known import KnownPose
+from dockpose.thresholds import METHODS
 
 from tests.support.methods import registered
 from tests.support.poses import with_sigmas
@@ -23,6 +25,30 @@ def test_threshold_and_what_was_thrown_out_are_said(analysis):
     assert "do not" in words
     small = analyse(put(with_method(analysis.view, "fixed", 150), "min_area_px", 900)).estimate
     assert "groups below 900 px ignored." in detect.thrown_out_sentence(small)
+
+
+class Controls:
+    """Takes any control, and keeps the choices of the dropdown of methods."""
+
+    def __init__(self):
+        self.methods: tuple[str, ...] = ()
+
+    def __getattr__(self, name):
+        return lambda *arguments, **options: MagicMock()
+
+    def add_dropdown(self, label, options, **more):
+        if label == "Threshold by":
+            self.methods = options
+        return MagicMock()
+
+
+def test_the_dropdown_has_methods_of_ones_own_by_their_titles_before_the_fixed_level():
+    controls = Controls()
+    with registered(bright_tenth=("Brightest tenth", lambda grey: 200)):
+        detect.DetectPanel(MagicMock(server=MagicMock(gui=controls)))
+    assert controls.methods[0] == "HATS (adaptive)"
+    assert controls.methods[-2:] == ("Brightest tenth", "Fixed level")
+    assert METHODS.title("otsu") == "Otsu"
 
 
 def test_a_method_that_fails_is_named_where_the_level_would_stand(analysis):

@@ -19,7 +19,6 @@ OF_SEVERAL = {
     "app/commands/test_camera_faults.py",
     "app/commands/test_faults.py",
     "app/commands/test_protected.py",
-    "app/commands/test_kills.py",
     "app/commands/test_packaged_methods.py",
     "app/commands/test_sigterm.py",
     "app/experiment/test_session_faults.py",

@@ -1,13 +1,9 @@
-import shutil
 import subprocess
 import sys
 
 import pytest
 from dockpose.app import cli
 from dockpose.app.cli import main
-from dockpose.sidecar import sample_path
-
-BASH = shutil.which("bash")
 
 
 @pytest.mark.parametrize(("word", "near"), [("estmate", "estimate"), ("compair", "compare"), ("simulat", "simulate")])
@@ -40,18 +36,6 @@ def test_no_words_serve_and_commands_are_left():
         assert cli._with_command(words) == words
 
 
-def test_the_help_says_that_the_samples_have_a_name(capsys):
-    with pytest.raises(SystemExit):
-        main(["estimate", "--help"])
-    assert "sample_images" in capsys.readouterr().out
-
-
-def test_the_samples_are_named_from_any_folder(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(["estimate", "plain", "--json", "-"]) == 0
-    assert str(sample_path("plain")) in capsys.readouterr().out
-
-
 def test_a_word_too_many_is_named(capsys):
     with pytest.raises(SystemExit):
         main(["budget", "tank", "--camera", "c.yaml", "--dock-diameter", "0.3", "--lights", "10"])
@@ -68,15 +52,6 @@ def test_what_is_wrong_with_long_words_is_told_in_a_short_line(words, capsys):
     assert told.endswith("(dockpose budget --help lists the options)\n")
     assert len(told) < 1100  # a message has 900 characters at most
     assert told.count("\n") == 1
-
-
-@pytest.mark.slow
-def test_a_mistyped_command_is_told_once():
-    command = [sys.executable, "-m", "dockpose", "estimat"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 2
-    wanted = "dockpose: there is no command 'estimat', and no file of that name; did you mean estimate?\n"
-    assert done.stderr == wanted
 
 
 def loaded_by(words, names, then=""):

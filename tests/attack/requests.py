@@ -1,6 +1,7 @@
 """Requests and WebSocket frames that no browser with the token would send."""
 
 import contextlib
+import functools
 import os
 import socket
 import time
@@ -28,100 +29,97 @@ def upgrade(program, source, *lines, origin=None, **keywords):
     return http(program, source, *asks, f"Origin: {origin or own}", *lines, **keywords)
 
 
-def refused(*answers):
-    assert set(answers) == {FORBIDDEN}, answers
+def page(*lines, **keywords):
+    return http, lines, keywords
+
+
+def websocket(*lines, **keywords):
+    return upgrade, lines, keywords
+
+
+def either(origin):
+    """As a page, and as a WebSocket, of that origin."""
+    return [page(f"Origin: {origin}", cookie=True), websocket(origin=origin, cookie=True)]
+
+
+# Each of these requests is refused; {port}, {next_port} and {token} are the running page's.
+REFUSED = {
+    "No token": [page(), websocket()],
+    "A wrong token": [
+        page(path="/?token=wrong"),
+        page(path="/?token="),
+        websocket("Cookie: dockpose_{port}=wrong"),
+    ],
+    "The token in a header, a path, another cookie, a WebSocket's address": [
+        page("X-Token: {token}"),
+        page("Authorization: Bearer {token}"),
+        page("Cookie: token={token}"),
+        page("Cookie: dockpose_1={token}"),
+        page(path="/{token}"),
+        page(path="/?tokens={token}"),
+        websocket(path="/?token={token}"),
+    ],
+    "A name that was rebound to this machine (Host)": [
+        page(host=host, cookie=True)
+        for host in ("evil.example", "evil.example:{port}", "127.0.0.1.evil.example:{port}", "192.168.0.9", "")
+    ],
+    "A malformed Host, or two": [
+        page("Host: localhost", cookie=True),
+        *(page(host=host, cookie=True) for host in ("[", "[::1", "a]", "127.0.0.1:x]", "\xe9")),
+    ],
+    "A page of another origin, with the cookie": [
+        *either("http://evil.example"),
+        *either("http://evil.example:{port}"),
+        *either("http://localhost:{port}.evil.example"),
+    ],
+    "Origin null, with the cookie": either("null"),
+    "A page of another port of this machine, with the cookie": either("http://127.0.0.1:{next_port}"),
+    "A malformed Origin": [page(f"Origin: {origin}", cookie=True) for origin in ("http://[", "[", "\xff", "")],
+    "Two Upgrade headers": [
+        page("Upgrade: websocket", f"Upgrade: {second}", cookie=True) for second in ("websocket", "h2c")
+    ],
+    "Bytes that are no ASCII in token, path, cookie": [
+        *(page(path=path) for path in ("/?token=\xe9", "/?token=%ff", "/?token=%C3%A9", "/\xe9?token=x")),
+        page(path="http://[/?token=x"),
+        page("Cookie: dockpose_{port}=\xe9"),
+    ],
+    "Paths of 256 to 20,000 characters": [page(path="/" + "a" * size, cookie=True) for size in (256, 4000)],
+}
+
+
+def refused(program, source, name):
+    """Make all requests of that name."""
+    token = cookie_of(program.address).split("=")[1]
+    own = {"port": program.port, "next_port": program.port + 1, "token": token}
+    for send, lines, keywords in REFUSED[name]:
+        filled = {key: value.format(**own) if isinstance(value, str) else value for key, value in keywords.items()}
+        answer = send(program, source, *(line.format(**own) for line in lines), **filled)
+        assert answer == FORBIDDEN, (lines, keywords, answer)
     return "403"
 
 
-def both(program, source, *lines, **keywords):
-    """Refused as a page and as a WebSocket."""
-    return refused(http(program, source, *lines, **keywords), upgrade(program, source, *lines, **keywords))
-
-
-def no_token(program, source):
-    return both(program, source)
-
-
-def wrong_token(program, source):
-    wrong = "x" * len(program.token)
-    cookie = f"Cookie: dockpose_{program.port}={wrong}"
-    return refused(http(program, source, path=f"/?token={wrong}"), upgrade(program, source, cookie))
-
-
-def token_in_the_wrong_place(program, source):
-    token = program.token
-    return refused(
-        http(program, source, f"X-Token: {token}"),
-        http(program, source, f"Authorization: Bearer {token}"),
-        http(program, source, f"Cookie: token={token}"),
-        http(program, source, f"Cookie: dockpose_1={token}"),
-        http(program, source, path=f"/{token}"),
-        http(program, source, path=f"/?tokens={token}"),
-        upgrade(program, source, path=f"/?token={token}"),
-    )
-
-
-def rebound_host(program, source):
-    names = (
-        "evil.example",
-        f"evil.example:{program.port}",
-        f"127.0.0.1.evil.example:{program.port}",
-        "192.168.0.9",
-        "",
-    )
-    return refused(*(http(program, source, host=name, cookie=True) for name in names))
-
-
-def malformed_host(program, source):
-    twice = http(program, source, "Host: localhost", cookie=True)
-    return refused(twice, *(http(program, source, host=name, cookie=True) for name in ("[", "[::1", "a]", "\xe9")))
-
-
-def foreign_origin(program, source):
-    port = program.port
-    names = ("http://evil.example", f"http://evil.example:{port}", f"http://localhost:{port}.evil.example")
-    answers = [http(program, source, f"Origin: {name}", cookie=True) for name in names]
-    return refused(*answers, *(upgrade(program, source, origin=name, cookie=True) for name in names))
-
-
-def null_origin(program, source):
-    answer = http(program, source, "Origin: null", cookie=True)
-    return refused(answer, upgrade(program, source, origin="null", cookie=True))
-
-
-def other_port(program, source):
-    name = f"http://127.0.0.1:{program.port + 1}"
-    answer = http(program, source, f"Origin: {name}", cookie=True)
-    return refused(answer, upgrade(program, source, origin=name, cookie=True))
-
-
-def malformed_origin(program, source):
-    return refused(*(http(program, source, f"Origin: {name}", cookie=True) for name in ("http://[", "[", "\xff", "")))
-
-
-def two_upgrades(program, source):
-    answers = [
-        http(program, source, "Upgrade: websocket", f"Upgrade: {two}", cookie=True) for two in ("websocket", "x")
-    ]
-    return refused(*answers)
-
-
 def bytes_that_are_no_ascii(program, source):
-    wrong = [http(program, source, path=path) for path in ("/?token=\xe9", "/?token=%ff", "/\xe9?token=x")]
-    assert http(program, source, "Cookie: other=caf\xe9", cookie=True) == "200 OK"
-    return refused(*wrong) + "; in another program's cookie 200"
+    """Browsers send the cookies of all ports of a machine along: those of other programs lock nobody out."""
+    own = cookie_of(program.address)
+    for cookie in ("caf\xe9=1", "x=\xff\xfe", "dockpose_1=\xe9; y", f"dockpose_{program.port}=\xe9"):
+        assert http(program, source, f"Cookie: {cookie}; {own}") == "200 OK"
+        assert http(program, source, f"Cookie: {cookie}", f"Cookie: {own}") == "200 OK"
+    refused(program, source, "Bytes that are no ASCII in token, path, cookie")
+    return "403; in another program's cookie 200"
 
 
 def long_path(program, source):
     assert http(program, source, path="/" + "a" * 20_000, cookie=True) == ""
-    return refused(*(http(program, source, path="/" + "a" * size, cookie=True) for size in (256, 4000)))
+    return refused(program, source, "Paths of 256 to 20,000 characters")
 
 
 def traversal(program, source):
     paths = ("/../pyproject.toml", "/%2e%2e/%2e%2e/etc/passwd", "/..%5c..%5cetc%5cpasswd", "//etc/passwd", "/./../x")
+    paths += ("/app/guard.py", "/a%00b", "/\xe9")
     answers = {http(program, source, path=path, cookie=True) for path in paths}
     assert answers <= {"404 NOT FOUND", FORBIDDEN}, answers
-    return "404, and 403 without the token" if refused(http(program, source, path=paths[1])) else ""
+    assert http(program, source, path=paths[1]) == FORBIDDEN
+    return "404, and 403 without the token"
 
 
 def no_http(program, source):
@@ -259,16 +257,7 @@ def malformed_frames(program, source):
 
 
 ATTACKS = {
-    "No token": no_token,
-    "A wrong token": wrong_token,
-    "The token in a header, a path, another cookie, a WebSocket's address": token_in_the_wrong_place,
-    "A name that was rebound to this machine (Host)": rebound_host,
-    "A malformed Host, or two": malformed_host,
-    "A page of another origin, with the cookie": foreign_origin,
-    "Origin null, with the cookie": null_origin,
-    "A page of another port of this machine, with the cookie": other_port,
-    "A malformed Origin": malformed_origin,
-    "Two Upgrade headers": two_upgrades,
+    **{name: functools.partial(refused, name=name) for name in REFUSED},
     "Bytes that are no ASCII in token, path, cookie": bytes_that_are_no_ascii,
     "Paths of 256 to 20,000 characters": long_path,
     "Paths that lead out of the page's folder": traversal,

@@ -11,7 +11,7 @@ from unittest.mock import patch
 
 # Threads are not there any more in a process that was forked, which would wait for them.
 _ONE_THREAD = dict.fromkeys(("OPENCV_FOR_THREADS_NUM", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")
-_IMPORTED = ["tests.support.killed_commands", "tests.support.taking", __name__]
+_IMPORTED = ["dockpose.app.commands.estimate", "tests.support.taking", __name__]
 
 
 def forked():

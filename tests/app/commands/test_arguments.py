@@ -104,12 +104,6 @@ def test_level_decides_and_standard_error_hears_nothing_twice(capsys):
     assert [line.partition("WARNING ")[2] for line in lines[1:]] == ["dockpose: an event"]
 
 
-def test_without_the_options_nothing_is_written(capsys):
-    with logged(parsed()):
-        logging.getLogger("dockpose").error("an event")
-    assert capsys.readouterr() == ("", "")
-
-
 def test_every_command_has_them_and_tells_how_it_ended(tmp_path, capsys):
     for command in COMMANDS:
         with pytest.raises(SystemExit):

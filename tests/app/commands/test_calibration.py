@@ -22,19 +22,6 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.mark.slow
-def test_a_folder_becomes_a_camera_file(folder, tmp_path, capsys):
-    out = tmp_path / "camera.yaml"
-    assert main(["calibrate", str(folder), "--board", "10x7", "--square", "0.024", "--out", str(out)]) == 0
-    camera = load_camera(out)
-    assert camera.fx == pytest.approx(TRUE.fx, rel=0.02)
-    text = capsys.readouterr().out
-    assert "wall.png    dropped: no board was found in it" in text
-    assert "6 of 7 pictures used" in text
-    assert "54 corners" in text
-    assert str(out) in text
-
-
 def test_the_squares_of_a_chessboard_are_counted(folder, tmp_path, capsys):
     out = tmp_path / "camera.yaml"
     assert (

@@ -76,11 +76,6 @@ def test_a_line_break_in_a_name_begins_no_line(command, tank, capsys):
     assert not any(line.startswith("b.png") for line in told.splitlines())
 
 
-def test_without_outputs_a_sentence_is_printed(tank, capsys):
-    assert main(["estimate", "s1.png"]) == 0
-    assert "s1.png: 10 lights on the ring; the dock is" in capsys.readouterr().out
-
-
 def test_files_are_written_where_asked(tank, capsys):
     assert main(["estimate", "s1.png", "s2.png", "--json", "o.jsonl", "--csv", "o.csv", "--annotate", "out/a"]) == 0
     *sentences, told = capsys.readouterr().out.splitlines()

@@ -123,6 +123,15 @@ def test_sigterm_ends_it_cleanly(inputs, tmp_path, name):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", ["video", "folder", "simulate"])
+def test_what_a_killed_command_wrote_can_be_read(inputs, tmp_path, name):
+    with running(inputs, tmp_path, name) as program:
+        program.kill()
+        program.wait()
+    assert faults(tmp_path / "out", ("a.jsonl", "a.csv", "a.mkv", "b.mcap", "truth.csv")) == []
+
+
+@pytest.mark.slow
 def test_workers_end_with_a_program_that_is_killed(inputs, tmp_path):
     with running(inputs, tmp_path, "two jobs") as program:
         assert len(alive(program.pid)) >= 3

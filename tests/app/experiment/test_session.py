@@ -87,16 +87,6 @@ def test_a_picture_without_a_dock_is_a_row_too(session):
     assert (row.status, row.pose, row.z_cm, row.errors) == ("no_lights", None, None, (None,) * 5)
 
 
-def test_a_session_is_taken_up_again_where_it_stood(tmp_path):
-    with Session.create(tmp_path / "tank") as session:
-        first = session.take(PICTURE, FOUND, "a")
-    with Session.open(tmp_path / "tank") as session:
-        assert session.rows == (first,)
-        assert session.notices == ()
-        assert session.take(PICTURE, FOUND, "b").number == 2
-    assert [row.source for row in read_session(tmp_path / "tank").rows] == ["a", "b"]
-
-
 def test_session_yaml_tells_when_and_with_what(session):
     info = yaml.safe_load((session.folder / "session.yaml").read_text(encoding="utf-8"))
     assert (info["schema"], info["notes"]) == (1, "Becken 3, trüb")

@@ -83,11 +83,6 @@ def line_of(analysis, **changed):
     return json.dumps(analysis.estimate.to_dict("a.png", 0) | changed).encode() + b"\n"
 
 
-def test_lines_that_are_right_are_read(analysis, tmp_path):
-    (tmp_path / "a.jsonl").write_bytes(2 * line_of(analysis))
-    assert len(read_lines(tmp_path / "a.jsonl")) == 2
-
-
 @pytest.mark.parametrize(
     "changed",
     [

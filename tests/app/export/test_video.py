@@ -5,7 +5,7 @@ import av
 import numpy as np
 import pytest
 from dockpose.app.errors import UserError
-from dockpose.app.export.video import VideoFile, is_video_file
+from dockpose.app.export.video import VideoFile
 from dockpose.sources import open_frames
 
 
@@ -103,8 +103,3 @@ def test_an_mp4_whose_writer_is_killed_has_all_frames_but_the_last(tmp_path):
 def test_what_cannot_be_written_is_said(tmp_path, name, shape, kind, words):
     with pytest.raises(UserError, match=words), VideoFile(tmp_path / name, 25.0) as video:
         video.write(pictures(1, shape, kind)[0])
-
-
-def test_names_of_videos(tmp_path):
-    names = ("a.MP4", "a.avi", "a.mkv", "a.png", "mp4")
-    assert [name for name in names if is_video_file(tmp_path / name)] == ["a.MP4", "a.avi", "a.mkv"]

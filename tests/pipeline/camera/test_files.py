@@ -135,8 +135,3 @@ def test_a_file_that_is_no_text_or_is_missing_is_refused(tmp_path):
         load_camera(tmp_path / "c.yaml")
     with pytest.raises(FileError, match=r"none\.yaml: cannot be read"):
         load_camera(tmp_path / "none.yaml")
-
-
-def test_an_unknown_format_is_named(tmp_path):
-    with pytest.raises(ValueError, match="'matlab'"):
-        save_camera(CAMERA, tmp_path / "c", "matlab")

@@ -11,7 +11,6 @@ from dockpose.camera.image import (
     as_picture,
     darkest_channel,
     decode,
-    read,
     significant_bits,
     to_grey,
     to_levels,
@@ -118,13 +117,6 @@ def test_a_jpeg_that_was_cut_short_is_refused_wherever_it_ends_and_despite_its_t
 def test_arrays_that_are_no_picture_are_refused(image, message):
     with pytest.raises(ImageError, match=message):
         to_grey(image)
-
-
-def test_reading_a_missing_file_names_it(tmp_path):
-    with pytest.raises(ImageError, match=r"none\.png: cannot be read"):
-        read(tmp_path / "none.png")
-    with pytest.raises(ImageError, match="cannot be read"):
-        read(tmp_path)
 
 
 @pytest.mark.parametrize(("largest", "bits"), [(0, 10), (1023, 10), (1024, 12), (4095, 12), (4096, 14), (65535, 16)])

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_method
-from dockpose.app.state.parameters import put
 from dockpose.app.web.html import result_cells, sigma_cells
 from dockpose.app.web.panels.picture import COLUMNS, place_html, status_html, table_html
 
@@ -62,7 +61,3 @@ def test_outside_text_is_escaped(analysis):
     page = status_html(replace(analysis, view=view, estimate=estimate))
     assert "<img" not in page
     assert page.count("&lt;img") == 3
-
-
-def test_reading_without_known_lights_still_has_two_candidates(analysis):
-    assert len(analyse(put(analysis.view, "lights", 0)).estimate.candidates) == 2

@@ -99,16 +99,6 @@ def test_level_per_light_sends_the_pixels_that_are_kept(tilted):
     assert levels == sorted(int(pixels.level[lights == light].min()) for light in np.unique(lights))
 
 
-def test_lowest_pixel_of_each_light_is_its_level():
-    assert shown.levels_of_lights(np.array([90, 40, 50, 60]), np.array([2, 0, 2, 0])) == [40, 50]
-    assert shown.levels_of_lights(np.array([], int), np.array([], int)) == []
-
-
-def test_runs_of_consecutive_numbers():
-    assert shown.runs(np.array([7, 3, 4, 5, 9, 8])) == [[3, 3], [7, 3]]
-    assert shown.runs(np.array([], int)) == []
-
-
 def test_exact_picture_has_each_pixel_and_one_of_16_bits_is_sent_on_the_scale_of_the_levels(tilted):
     grey = tilted.view.image
     sent = shown.picture_data(grey, 1, True)

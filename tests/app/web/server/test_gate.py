@@ -5,6 +5,7 @@ import os
 import socket
 import urllib.request
 import zlib
+from types import SimpleNamespace
 
 import pytest
 from dockpose.app.web.server import gate, journal
@@ -13,9 +14,9 @@ from dockpose.app.web.server.journal import Journal
 from viser import _messages as messages
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 
-from tests.attack.requests import frame
+from tests.attack.requests import frame, opening
 from tests.support.clock import until
-from tests.support.visitors import SUBPROTOCOL, Visitor, asked, cookie_of
+from tests.support.visitors import Visitor, asked
 
 LABEL = "Min. area (px)"
 
@@ -195,7 +196,8 @@ resource = pytest.importorskip("resource")
 @pytest.fixture(scope="module")
 def page(served):
     server, guard = served
-    return server.get_port(), guard.token
+    port = server.get_port()
+    return SimpleNamespace(port=port, address=f"http://127.0.0.1:{port}/?token={guard.token}")
 
 
 def open_sockets():
@@ -206,16 +208,15 @@ def open_sockets():
 @pytest.mark.slow
 @pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHost: "])
 def test_hundreds_that_ask_nothing_leave_room_for_others(page, said):
-    port, token = page
     before = open_sockets()
     ours = []
     with contextlib.ExitStack() as all_sockets:
         for _ in range(400):
-            one = all_sockets.enter_context(socket.create_connection(("127.0.0.1", port), timeout=60))
+            one = all_sockets.enter_context(socket.create_connection(("127.0.0.1", page.port), timeout=60))
             with contextlib.suppress(OSError):  # who is cut off is so at once
                 one.sendall(said)
             ours.append(one)
-        with urllib.request.urlopen(f"http://127.0.0.1:{port}/?token={token}", timeout=60) as answer:
+        with urllib.request.urlopen(page.address, timeout=60) as answer:
             assert answer.status == 200
         assert open_sockets() - before - len(ours) <= MOST_WAITING + 5
         assert MOST_WAITING + MOST_OPEN < 1024 / 2  # of what a process may have open by default
@@ -228,26 +229,14 @@ def test_hundreds_that_ask_nothing_leave_room_for_others(page, said):
     until(lambda: open_sockets() <= before + 5)
 
 
-def opening_of(page, more=""):
-    """What a browser asks for to open the page's WebSocket, with further lines."""
-    port, token = page
-    host = f"127.0.0.1:{port}"
-    return (
-        f"GET / HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-        "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
-        f"Sec-WebSocket-Protocol: {SUBPROTOCOL}\r\n{more}"
-        f"Cookie: {cookie_of(f'http://{host}/?token={token}')}\r\n\r\n"
-    ).encode()
-
-
 def test_frames_that_inflate_are_refused_told_and_let_go_of_where_nobody_reads(page, monkeypatch, caplog):
     monkeypatch.setattr(journal, "_EVERY_S", 0.0)  # the tests before have had their lines in this second
-    before, port = open_sockets(), page[0]
-    opening = opening_of(page, "Sec-WebSocket-Extensions: permessage-deflate\r\n")
+    before = open_sockets()
+    asks = opening(page, "Sec-WebSocket-Extensions: permessage-deflate")
     with contextlib.ExitStack() as open_ones:
         for _ in range(3):
-            one = open_ones.enter_context(socket.create_connection(("127.0.0.1", port), timeout=60))
-            one.sendall(opening)
+            one = open_ones.enter_context(socket.create_connection(("127.0.0.1", page.port), timeout=60))
+            one.sendall(asks)
             answer = one.recv(4096)
             assert answer.startswith(b"HTTP/1.1 101")
             assert b"deflate" not in answer
@@ -260,20 +249,19 @@ def test_frames_that_inflate_are_refused_told_and_let_go_of_where_nobody_reads(p
 
 
 def test_where_too_many_pages_are_open_one_more_is_refused_until_one_is_closed(page, monkeypatch, caplog):
-    port, token = page
     monkeypatch.setattr(gate, "MOST_OPEN", 3)
     monkeypatch.setattr(journal, "_EVERY_S", 0.0)
-    opening = opening_of(page)
+    asks = opening(page)
     with contextlib.ExitStack() as open_ones:
         ours = []
         for _ in range(3):
-            one = open_ones.enter_context(socket.create_connection(("127.0.0.1", port), timeout=60))
-            one.sendall(opening)
+            one = open_ones.enter_context(socket.create_connection(("127.0.0.1", page.port), timeout=60))
+            one.sendall(asks)
             assert one.recv(12) == b"HTTP/1.1 101"
             ours.append(one)
-        assert asked(port, opening) == "HTTP/1.1 503 Service Unavailable"
+        assert asked(page.port, asks) == "HTTP/1.1 503 Service Unavailable"
         assert [one.startswith("127.0.0.1: refused a page: too many are open") for one in caplog.messages] == [True]
-        with urllib.request.urlopen(f"http://127.0.0.1:{port}/?token={token}", timeout=60) as answer:
+        with urllib.request.urlopen(page.address, timeout=60) as answer:
             assert answer.status == 200  # what is no page is still answered
         ours[0].close()
-        until(lambda: asked(port, opening) == "HTTP/1.1 101 Switching Protocols")
+        until(lambda: asked(page.port, asks) == "HTTP/1.1 101 Switching Protocols")

@@ -1,6 +1,7 @@
 import contextlib
 import http.client
 from importlib.metadata import version
+from types import SimpleNamespace
 from urllib.request import urlopen
 
 import msgspec
@@ -10,12 +11,12 @@ from dockpose.app.web.server.guard import Guard, cookie_name
 from dockpose.app.web.server.options import Options
 from viser import _messages as messages
 from websockets import Headers
-from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
+from tests.attack import requests
 from tests.support.clock import until
-from tests.support.visitors import Visitor, asked
+from tests.support.visitors import Visitor
 
 
 def ask(app, path="/", **headers):
@@ -65,88 +66,31 @@ def test_cookie_is_enough_from_then_on(app, path):
     assert status == 200
 
 
-@pytest.mark.parametrize("path", ["/", "/help", "/?token=", "/?token=wrong", "/?token=%C3%A9", "/?tokens=x"])
-def test_without_the_token_nothing_is_shown(app, path):
-    status, text, headers = ask(app, path)
-    assert status == 403
-    assert "Open the address that dockpose printed" in text
-    assert headers["Content-Security-Policy"].startswith("default-src 'none'")
-    assert headers["Set-Cookie"] is None
+@pytest.mark.parametrize("attack", [*requests.REFUSED, "Paths that lead out of the page's folder"])
+def test_what_the_page_itself_would_not_send_is_refused(app, attack):
+    assert requests.ATTACKS[attack](app, "127.0.0.1").startswith(("403", "404"))
 
 
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "127.0.0.1.evil.example", "", "192.168.0.9"])
-def test_unknown_host_is_refused(app, host):
-    status, text, _ = ask(app, Host=host, Cookie=cookie_of(app))
+@pytest.mark.parametrize(
+    ("headers", "words"),
+    [
+        ({}, "Open the address that dockpose printed"),
+        ({"Host": "evil.example"}, "Host"),
+        ({"Origin": "http://evil.example"}, "Origin"),
+    ],
+)
+def test_a_refusal_says_why_and_gives_nothing_away(app, headers, words):
+    own = {"Cookie": cookie_of(app)} if headers else {}
+    status, text, answer = ask(app, "/help", **own, **headers)
     assert status == 403
-    assert "Host" in text
+    assert words in text
+    assert answer["Content-Security-Policy"].startswith("default-src 'none'")
+    assert answer["Set-Cookie"] is None
 
 
 @pytest.mark.parametrize("name", ["localhost", "127.0.0.1", "LOCALHOST"])
 def test_own_names_are_known(app, name):
     assert ask(app, f"/?token={app._guard.token}", Host=f"{name}:{app.port}")[0] == 200
-
-
-@pytest.mark.parametrize(
-    "origin", ["http://evil.example", "null", "http://127.0.0.1:1", "http://localhost.evil.example"]
-)
-def test_foreign_origin_is_refused(app, origin):
-    status, text, _ = ask(app, Origin=origin, Cookie=cookie_of(app))
-    assert status == 403
-    assert "Origin" in text
-    with pytest.raises(InvalidStatus, match="403"):
-        open_socket(app, origin=origin)
-
-
-def test_socket_opens_for_the_own_page_only_and_by_no_token_in_the_address(app):
-    open_socket(app).close()
-    with pytest.raises(InvalidStatus, match="403"):
-        open_socket(app, cookie="")
-    with pytest.raises(InvalidStatus, match="403"):
-        connect(f"ws://127.0.0.1:{app.port}/?token={app._guard.token}")
-
-
-def test_nothing_outside_the_page_is_served(app):
-    for path in ("/../pyproject.toml", "/%2e%2e/%2e%2e/etc/passwd", "/app/guard.py"):
-        assert ask(app, path, Cookie=cookie_of(app))[0] == 404
-
-
-def request(app, *lines, path="/", host=None, cookie=True):
-    """The status of a request of these lines, in Latin-1, as a client that no library holds back could send it."""
-    own = [f"Host: {host or f'127.0.0.1:{app.port}'}", *([f"Cookie: {cookie_of(app)}"] if cookie else [])]
-    text = "\r\n".join([f"GET {path} HTTP/1.1", *own, *lines, "", ""])
-    return asked(app.port, text.encode("latin-1"))
-
-
-@pytest.mark.parametrize(
-    ("lines", "keywords"),
-    [
-        ([], {"host": "["}),
-        ([], {"host": "127.0.0.1:x]"}),
-        (["Origin: http://["], {}),
-        (["Origin: \xff"], {}),
-        (["Upgrade: websocket", "Upgrade: websocket"], {}),
-        (["Upgrade: websocket", "Upgrade: h2c"], {}),
-        ([], {"path": "/?token=\xe9", "cookie": False}),
-        ([], {"path": "/?token=%E9%ff", "cookie": False}),
-        ([], {"path": "http://[/?token=x", "cookie": False}),
-        ([], {"path": "/" + "a" * 256}),
-        ([], {"path": "/\xe9"}),
-        ([], {"path": "/a%00b"}),
-    ],
-)
-def test_what_cannot_be_understood_is_refused(app, lines, keywords):
-    assert request(app, *lines, **keywords) in ("HTTP/1.1 403 Forbidden", "HTTP/1.1 404 NOT FOUND")
-
-
-@pytest.mark.parametrize("cookie", ["caf\xe9=1", "x=\xff\xfe", "dockpose_1=\xe9; y"])
-def test_cookies_of_other_programs_lock_nobody_out(app, cookie):
-    """Browsers send all cookies of a machine's ports along."""
-    assert request(app, f"Cookie: {cookie}") == "HTTP/1.1 200 OK"
-    own = cookie_of(app)
-    assert request(app, f"Cookie: {cookie}; {own}", cookie=False) == "HTTP/1.1 200 OK"
-    wrong = own.split("=")[0] + "=\xe9"
-    assert request(app, f"Cookie: {wrong}", cookie=False) == "HTTP/1.1 403 Forbidden"
-    assert request(app, f"Cookie: {wrong}; {own}", cookie=False) == "HTTP/1.1 200 OK"
 
 
 def test_every_start_has_its_own_token():
@@ -244,23 +188,12 @@ def shared():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("role", ["view", "steer", "nobody"])
-@pytest.mark.parametrize(
-    "headers",
-    [{}, {"Origin": "http://127.0.0.1:1"}, {"Referer": "http://127.0.0.1:1/"}, {"Sec-Fetch-Site": "same-site"}],
-)
-def test_no_request_changes_what_others_see(shared, role, headers):
+def test_no_request_changes_what_others_see(shared):
     """Neither of a viewer, nor of a page of another port, to which browsers add the cookie."""
-    token = {"view": shared._guard.view_token, "steer": shared._guard.token, "nobody": "x"}[role]
-    with Visitor(shared.address) as one, Visitor(shared.address) as other:
-        assert other.until(lambda page: page.is_replayed.is_set() and page.is_dark is False, 60)
-        for path in ("/prefers-dark", "/prefers-light", "/software-webgl", "/look", "/?look"):
-            look = f"dockpose_{shared.port}={token}; dockpose_{shared.port}_look=dark.software.idx"
-            ask(shared, path, Cookie=look, **headers)
-        assert one.until(lambda page: page.is_replayed.is_set() and "Notes" in page.ids, 60)
-        one.set("Notes", f"{role}{headers}")  # whatever was sent before that has come with it
-        assert other.until(lambda page: page.values[one.ids["Notes"]] == f"{role}{headers}", 60)
-        assert not other.is_dark
+    viewing = shared.addresses(for_viewers=True)[0]
+    token = shared._guard.token
+    program = SimpleNamespace(port=shared.port, address=shared.address, view_address=viewing, token=token)
+    requests.look_of_others(program, "127.0.0.1")
     assert not shared._looks.slow
 
 

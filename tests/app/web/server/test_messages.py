@@ -6,10 +6,7 @@ import math
 import msgspec
 import numpy as np
 import pytest
-import viser
 from dockpose.app.web.server.messages import LARGEST_BYTES, RefusedError, check_message, why_not
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from viser import _messages as messages
 
 from tests.support.visitors import VIEWPOINT, packed
@@ -187,30 +184,3 @@ def test_a_viewpoint_is_finite(gui):
 def test_viewers_only_look(gui, controls):
     with pytest.raises(RefusedError):
         check(gui, msgspec.msgpack.encode(update(controls["whole"], 3)), only_views=True)
-
-
-values = st.recursive(
-    st.none() | st.booleans() | st.integers(-(2**63), 2**64 - 1) | st.floats() | st.text(max_size=9) | st.binary(),
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=9), inner, max_size=4),
-    max_leaves=9,
-)
-
-
-@settings(max_examples=100)
-@given(data=st.data())
-def test_what_passes_can_be_taken_and_passed_on_by_viser(gui, controls, data):
-    """The casts that viser makes, and the encoding in which it sends the value to all other browsers."""
-    name = data.draw(st.sampled_from(sorted(controls)))
-    raw = msgspec.msgpack.encode(update(controls[name], data.draw(values)))
-    try:
-        check(gui, raw)
-    except RefusedError:
-        return
-    sent = messages.Message.deserialize(raw)
-    assert isinstance(sent, messages.GuiUpdateMessage)
-    state = controls[name]._impl
-    new = sent.updates["value"]
-    cast = tuple(map(float, new)) if isinstance(state.value, tuple) else type(state.value)(new)
-    msgspec.msgpack.encode(messages.GuiUpdateMessage(state.uuid, {"value": cast}).as_serializable_dict([]))
-    if not isinstance(controls[name], viser.GuiTextHandle):
-        assert cast == tuple(map(float, new)) if isinstance(new, list) else cast == new or isinstance(new, float)

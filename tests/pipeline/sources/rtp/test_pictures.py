@@ -1,12 +1,6 @@
-from typing import Any
-
-import av
 import pytest
-from dockpose.sources.rtp.packets import Packet, packet_in
-from dockpose.sources.rtp.pictures import CODINGS, H264, H265, Assembly, Picture, coding_of
-
-from tests.pipeline.sources.test_sources import number_of, picture
-from tests.support.rtp import datagrams
+from dockpose.sources.rtp.packets import Packet
+from dockpose.sources.rtp.pictures import H264, H265, Assembly, Picture, coding_of
 
 START = b"\0\0\0\1"
 SPS, PPS, KEY, INTER = b"\x67sps", b"\x68pps", b"\x65key", b"\x41inter"
@@ -82,32 +76,6 @@ def test_a_sender_that_marks_no_ends_is_understood_a_picture_later():
     sent = (INTER_PICTURE, KEY_PICTURE, INTER_PICTURE, INTER_PICTURE)
     found = taken(Assembly(H264), *sent, are_ends_marked=False)
     assert [(number, one.is_key) for number, one in found] == [(2, True), (3, False)]
-
-
-def test_a_picture_that_cannot_be_decoded_is_as_one_that_is_lost():
-    assembly = Assembly(H264)
-    taken(assembly, INTER_PICTURE, KEY_PICTURE)
-    assembly.spoil()
-    assert [number for number, _ in taken(assembly, INTER_PICTURE, KEY_PICTURE)] == [1]
-
-
-@pytest.mark.parametrize("name", CODINGS)
-def test_what_ffmpeg_sends_is_put_together_and_recognised(name):
-    sent = datagrams([picture(number) for number in range(12)], name, key_every=5)
-    packets = [[packet for data in parts if (packet := packet_in(data)) is not None] for parts in sent]
-    coding = coding_of(packets[0][0].payload)
-    assert coding.name == name
-    assembly = Assembly(coding)
-    decoder: Any = av.CodecContext.create(coding.codec, "r")
-    seen, keys = [], []
-    for number, parts in enumerate(packets):
-        for packet in parts:
-            for one in assembly.take(packet, False):
-                keys += [number] if one.is_key else []
-                seen += decoder.decode(av.Packet(one.data))
-    seen += decoder.decode(None)
-    assert [number_of(frame.to_ndarray(format="gray")) for frame in seen] == list(range(5, 12))
-    assert keys == [5, 10]
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,8 @@ from dockpose.pose.solve import find_poses
 from dockpose.simulate import Lights, Scene, render
 from dockpose.study.judge import signed_errors
 
-from tests.bench.lamps import circle, unit_normal
+from tests.bench.lamps import unit_normal
+from tests.bench.seen_scenes import circle
 from tests.support.scenes import CAMERA, DOCK, random_scene
 
 REFERENCE = Path(__file__).with_name("duality_single_frame.csv")  # 400 trials a cell

@@ -17,7 +17,8 @@ from dockpose.camera.sigma import errors_of, moved
 from dockpose.pose.circle import CirclePose
 from dockpose.study.judge import nearest, signed_errors
 
-from tests.bench.lamps import circle, draw_lamps, seen_from, unit_normal
+from tests.bench.lamps import draw_lamps, unit_normal
+from tests.bench.seen_scenes import circle, seen_from
 
 TANK = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "tank"
 SCENES = 200

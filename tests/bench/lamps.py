@@ -36,27 +36,6 @@ def unit_normal(tilt_rad: float, around_rad: float) -> np.ndarray:
     return np.array([side * np.cos(around_rad), side * np.sin(around_rad), -np.cos(tilt_rad)])
 
 
-def circle(angles_rad: np.ndarray, radius_m: float = DIAMETER_M / 2) -> np.ndarray:
-    """Points (N, 3) on a dock's rim, in its own frame."""
-    return radius_m * np.column_stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(len(angles_rad))])
-
-
-def seen_from(points_m: np.ndarray, position_m: np.ndarray, normal: np.ndarray, roll_rad: float) -> np.ndarray:
-    """Points (N, 3) of a dock's frame in the camera's, for a dock whose face looks along ``normal``."""
-    x = np.cross(normal, [0.0, 1.0, 0.0])
-    x /= np.linalg.norm(x)
-    y = np.cross(x, normal)
-    c, s = np.cos(roll_rad), np.sin(roll_rad)
-    axes = np.array([c * x + s * y, c * y - s * x, -normal])
-    return position_m + points_m @ axes
-
-
-def closest_px(points_px: np.ndarray) -> float:
-    """How far the two closest of points (N, 2) are apart."""
-    apart = np.linalg.norm(points_px[:, None] - points_px, axis=2)
-    return float((apart + 1e9 * np.eye(len(apart))).min())
-
-
 def ring_px(
     camera: Camera, lights: int, position_m: np.ndarray, normal: np.ndarray, phase_rad: float
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -16,27 +16,25 @@ class Histogram extends HTMLElement {
     if (this.plot === undefined) this.build();
     this.resizes = new ResizeObserver(() => this.resize());
     this.resizes.observe(this.plot);
-    this.ends = [follow("frame", (frame) => this.take(frame)), follow("methods", (data) => this.takeMethods(data))];
+    this.end = follow("frame", (frame) => this.take(frame));
   }
 
   disconnectedCallback() {
     this.resizes.disconnect();
-    for (const end of this.ends) end();
+    this.end();
   }
 
   build() {
     this.size = [0, 0];
     [this.levels, this.kept] = [[], 0]; // where each light has a level of its own
-    [this.data, this.methods, this.dragged, this.hovered, this.found] = [null, null, null, null, LEVELS];
+    [this.data, this.dragged, this.hovered, this.found] = [null, null, null, LEVELS];
     this.moving = makeSvg("g"); // the threshold, so that a step of it draws nothing else anew
     this.plot = makeSvg("svg", { class: "plot", role: "img", "aria-label": "histogram of the picture" });
     this.grip = make("div", { class: "grip", role: "slider", tabindex: "0", "aria-label": "Threshold level", "aria-valuemin": 0, "aria-valuemax": 255 });
     this.grip.title = "Drag, or use the arrow keys: sets a fixed level";
     this.readout = make("output", { class: "readout", "aria-label": "grey level under the pointer" });
-    this.button = make("button", { type: "button", "aria-pressed": "false", title: "Mark the level of every method" }, "Other methods");
-    this.button.addEventListener("click", () => this.askForMethods());
     this.flat = new Flat(this.plot);
-    this.append(make("div", { class: "plots" }, this.plot, this.flat.canvas, this.grip), make("div", { class: "beside" }, this.readout, this.button));
+    this.append(make("div", { class: "plots" }, this.plot, this.flat.canvas, this.grip), this.readout);
     this.grip.addEventListener("pointerdown", (event) => this.grasp(event));
     this.grip.addEventListener("pointermove", (event) => this.dragged !== null && this.drag(event));
     for (const name of ["pointerup", "pointercancel"]) this.grip.addEventListener(name, () => this.letGo());
@@ -63,16 +61,6 @@ class Histogram extends HTMLElement {
     if (isNew) this.data = histogram;
     if (isNew || isOther) this.draw();
     else this.drawLine();
-  }
-
-  takeMethods(data) {
-    this.methods = data.levels;
-    this.button.setAttribute("aria-pressed", String(this.methods !== null));
-    this.draw();
-  }
-
-  askForMethods() {
-    send({ do: "methods", shown: this.methods === null });
   }
 
   // Left edge of a level's bar, and the level at a place; both across the plot.
@@ -158,7 +146,7 @@ class Histogram extends HTMLElement {
     this.decades = Math.ceil(2 * Math.log10(most) + 0.2) / 2; // in halves, so that it seldom moves
     this.groupsTop = this.data.groupsTop;
     this.pointer = makeSvg("path", { d: `M0 ${MARGIN.top}V${this.bottom}`, class: "pointer", transform: "translate(-10 0)" });
-    this.parts = [...this.axes(), this.bars(), this.groups(), ...this.votes(), ...this.marks()];
+    this.parts = [...this.axes(), this.bars(), this.groups(), ...this.votes()];
     this.plot.replaceChildren(...(this.isPlaying ? [] : [...this.parts, this.pointer, this.moving]));
     this.drawLine();
   }
@@ -238,26 +226,6 @@ class Histogram extends HTMLElement {
       return text;
     });
     return [...dots, ...(labels.length > 0 ? [label("votes", LEFT - 5, 12, "end")] : []), ...labels];
-  }
-
-  // The level of every method, on demand; names in rows, so that none touches another.
-  marks() {
-    const rows = [];
-    const parts = [];
-    for (const [name, level] of this.methods ?? []) {
-      const x = this.x(level + 0.5);
-      const wide = name.length * LETTER_PX + 6;
-      const isLeft = x + wide > LEFT + this.wide;
-      const [from, to] = isLeft ? [x - wide, x] : [x, x + wide];
-      let row = rows.findIndex((taken) => taken.every(([start, end]) => to < start || from > end));
-      if (row < 0) row = rows.push([]) - 1;
-      rows[row].push([from, to]);
-      const y = MARGIN.top + 12 + 13 * row;
-      const mark = makeSvg("g", { "data-method": name, class: "method" }, makeSvg("path", { d: `M${x} ${MARGIN.top}V${this.bottom}` }));
-      mark.append(label(name, isLeft ? x - 3 : x + 3, y, isLeft ? "end" : "start"), makeSvg("title", {}, `${name}: level ${level}`));
-      parts.push(mark);
-    }
-    return parts;
   }
 
   line() {

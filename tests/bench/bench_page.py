@@ -93,7 +93,9 @@ class Served:
     """``dockpose serve`` in a process of its own, as its users run it."""
 
     def __init__(self, settings_folder: Path, *arguments: str, bare: bool = False) -> None:
-        environment = os.environ | {"XDG_CONFIG_HOME": str(settings_folder)}
+        # Python keeps what it compiled of the program, as it does for users, but beside the tests.
+        kept = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(settings_folder.parent / "bytecode")}
+        environment = os.environ | {"XDG_CONFIG_HOME": str(settings_folder)} | kept
         self.began = time.perf_counter()
         ours = ["-m", "dockpose.app.cli", "serve", "--port", "0"]
         command = [sys.executable, *(["-c", _BARE] if bare else ours), *arguments]
@@ -253,8 +255,8 @@ def test_slider_to_overlay_at_1280_x_720(browser, serve, large):
         assert slow <= TIMES_BARE * bare_slow
 
 
-# When a slider was moved, and when overlay, table and docks were seen to have changed, in the page's own clock; docks by
-# the matrices with which the 3D scene is drawn.
+# When a slider was moved, and when overlay, table and docks were seen to have changed, in ms of the page; docks by the
+# matrices with which the 3D scene is drawn.
 _WATCH_ALL = """
 () => {
   window.seen = { moved: [], overlay: [], table: [], docks: [] };

@@ -171,9 +171,8 @@ def elsewhere(data, folder):
         archive.extractall(folder)
     settings = yaml.safe_load((folder / "settings.yaml").read_text(encoding="utf-8"))
     result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-    image = cv2.imread(str(folder / "picture.png"), cv2.IMREAD_UNCHANGED)
     camera, dock = load_camera(folder / "settings.yaml"), dock_from(settings["dock"], "settings.yaml")
     assert is_ours(camera)
-    found = estimate(image, camera, dock)
+    found = estimate(folder / "picture.png", camera, dock)
     assert found.selected is not None
     assert result["chosen"]["position_m"][2] == pytest.approx(found.selected.position_m[2], rel=1e-3)

@@ -4,8 +4,6 @@ import cv2
 import numpy as np
 import pytest
 import yaml
-from dockpose import Camera
-from dockpose.app.state.camera import camera_file
 from dockpose.app.state.parameters import DETECTION, DISTORTION, LENS, SCENE
 from dockpose.app.web import notifications
 from dockpose.app.web.app import App
@@ -132,15 +130,10 @@ BAD = {
     "empty": ("Upload pictures", "empty.png", lambda: b"", "empty.png: the file is empty"),
     "huge": ("Upload pictures", "huge.png", huge, "huge.png: the picture"),
     "unknown key": ("Load a scene", "odd.yaml", lambda: sea(), "odd.yaml: Object contains unknown field `sea`"),
-    "of another size": ("Load a camera file", "square.yaml", lambda: square(), "square.yaml: the image is 640 x 480"),
     "settings": ("Load settings", "odd.yaml", lambda: b"settings: {a: b}", "odd.yaml: Object contains unknown field"),
     "no video": ("Upload a video", "text.mp4", lambda: b"no video", "text.mp4"),
     "no YAML": ("Load a scene", "odd.yaml", lambda: b"\x00\xff", "odd.yaml: is not a text file"),
 }
-
-
-def square():
-    return camera_file(Camera(700, 700, 300, 300, 600, 600), "dockpose")
 
 
 def sea():

@@ -13,7 +13,7 @@ from dockpose.app.drawing import colours
 from dockpose.app.drawing.annotated import kept_pixels
 from dockpose.app.inputs.pictures import load_sample
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.changes import with_mask, with_method
+from dockpose.app.state.changes import with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
 from dockpose.camera.image import to_grey
@@ -391,26 +391,3 @@ def test_histogram_tells_pixels_and_groups_under_the_pointer(page):
     words = readout(page, "histogram")
     count, groups = (page.app.view.image == level).sum(), threshold.groups_at_level[level]
     assert words == f"Level {level}: {count} pixel{'' if count == 1 else 's'}; as threshold {groups} groups"
-
-
-def test_every_methods_level_is_marked_on_demand(page):
-    marks = page.page.locator("dockpose-histogram [data-method]")
-    assert marks.count() == 0
-    ask = page.page.get_by_role("button", name="Other methods")
-    ask.click()
-    page.until(lambda: marks.count() >= 8)
-    (mark,) = [one for one in marks.all() if one.get_attribute("data-method") == "Otsu"]
-    otsu = found_in(with_method(page.app.view, "otsu")).threshold.level
-    place = mark.locator("path").bounding_box()
-    assert place["x"] + place["width"] / 2 == pytest.approx(x_of(page, otsu), abs=1.5)
-    boxes = [one.locator("text").bounding_box() for one in marks.all()]
-    for index, one in enumerate(boxes):
-        for other in boxes[:index]:
-            is_beside = one["x"] + one["width"] <= other["x"] + 1 or other["x"] + other["width"] <= one["x"] + 1
-            assert is_beside or abs(one["y"] - other["y"]) >= 12
-    page.app.change(lambda view: with_mask(view, 0, 0, 100, 100))  # they are no longer the levels of what is looked at
-    page.until(lambda: marks.count() == 0)
-    ask.click()
-    page.until(lambda: marks.count() >= 8)
-    ask.click()
-    page.until(lambda: marks.count() == 0)

@@ -23,7 +23,7 @@ from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
-from dockpose.thresholds import LEVELS, METHODS, Histogram, Threshold
+from dockpose.thresholds import LEVELS, Histogram, Threshold
 
 _JPEG_QUALITY = 85
 _LEAST_GROUPS = 10  # that the histogram's axis has
@@ -58,11 +58,10 @@ class PicturePanel(Panel):
         self._sent: np.ndarray | None = None
         self._is_exact = False
         self._numbers, self._histogram, self._lights, self._truth = HistogramNumbers(), {}, {}, {}
-        show = {request_to("methods", shown=bool): lambda request, client: self._show_methods(request.shown)}
-        requests = RequestBox(self.gui, "Done in the picture", {**acts_in_picture(self.change), **show})
+        requests = RequestBox(self.gui, "Done in the picture", acts_in_picture(self.change))
         self.gui.add_html(f'<dockpose-picture channel="{requests.channel}" style="{LOOK}"></dockpose-picture>')
         self.gui.add_html(f'<dockpose-histogram style="{LOOK}"></dockpose-histogram>')
-        self._picture, self._methods = self.gui.add_html(""), self.gui.add_html("")
+        self._picture = self.gui.add_html("")
 
     def show(self, analysis: Analysis) -> None:
         """Send the picture if it has changed, and put what was found in it."""
@@ -81,15 +80,6 @@ class PicturePanel(Panel):
         if histogram is not None and histogram != self._histogram:
             self._histogram = histogram
             self.app.live.put(histogram=histogram | {"serial": next(self._serials)})
-        if last is not None and _histogram_of(last) != _histogram_of(analysis):
-            self._show_methods(False)
-
-    def _show_methods(self, are_shown: bool) -> None:
-        levels, analysis = None, self.analysis
-        if are_shown and analysis is not None:
-            found = thresholds_by(histogram_in(analysis.view, analysis.estimate), analysis.estimate.settings)
-            levels = [(METHODS.short(name), one.level) for name, one in found.items() if one.level < LEVELS]
-        self._methods.content = data_html("methods", {"levels": levels})
 
 
 def acts_in_picture(change: Change) -> Acts:
@@ -220,11 +210,6 @@ def _points(points: Any) -> list[list[float]]:
 
 def _truth_of(analysis: Analysis) -> tuple[Any, ...]:
     return analysis.view.truth, analysis.view.dock, analysis.view.camera
-
-
-def _histogram_of(analysis: Analysis) -> tuple[Any, ...]:
-    settings = analysis.estimate.settings
-    return id(analysis.view.image), settings.masks, settings.min_area_px
 
 
 def _has_same_lights(one: Estimate, other: Estimate) -> bool:

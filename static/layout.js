@@ -30,10 +30,11 @@ prefersDark.addEventListener("change", () => {
 const LEAST_PICTURE_PX = 190;
 const [LEAST_PLOT_PX, MOST_PLOT_PX] = [90, 300]; // the least has room for every decade
 
-// Heights of picture and histogram, where both together may have `free`, and the picture is seen whole at `whole`.
+// Heights of picture and histogram, where both together may have `free`, and the picture is seen whole at `whole`; that
+// it is, where the page scrolls, if it leaves half of the window.
 function shares(free, whole) {
   const plot = Math.max(LEAST_PLOT_PX, Math.min(free - whole, MOST_PLOT_PX));
-  return [Math.max(LEAST_PICTURE_PX, free - plot), plot];
+  return [Math.max(LEAST_PICTURE_PX, Math.min(whole, innerHeight / 2), free - plot), plot];
 }
 
 function share(picture) {

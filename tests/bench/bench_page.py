@@ -255,8 +255,8 @@ def test_slider_to_overlay_at_1280_x_720(browser, serve, large):
         assert slow <= TIMES_BARE * bare_slow
 
 
-# When a slider was moved, and when overlay, table and docks were seen to have changed, in ms of the page; docks by the
-# matrices with which the 3D scene is drawn.
+# When a slider was moved, and when overlay, table and docks were seen to have changed, in the page's own clock; docks
+# by the matrices with which the 3D scene is drawn.
 _WATCH_ALL = """
 () => {
   window.seen = { moved: [], overlay: [], table: [], docks: [] };

@@ -1,6 +1,5 @@
 """All threshold methods on one picture."""
 
-import contextlib
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
@@ -19,7 +18,7 @@ from dockpose.paper.rivals import RIVALS
 from dockpose.pose.known import pose_error
 from dockpose.simulate import truth_of
 from dockpose.study.judge import is_right
-from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, histogram_of
+from dockpose.thresholds import METHODS, Histogram, histogram_of
 
 DEFAULTS = Settings()
 _TIMED_AGAIN, _SLOW_MS = 3, 500.0
@@ -78,18 +77,6 @@ def same_comparison(one: View, other: View) -> bool:
 def histogram_in(view: View, found: Estimate) -> Histogram:
     """Return the histogram of the picture of an estimate, with its masks."""
     return histogram_of(*hide(to_grey(view.image), found.settings.masks))
-
-
-def thresholds_by(
-    histogram: Histogram, settings: Settings, methods: Iterable[str] | None = None
-) -> dict[str, Threshold]:
-    """Return the threshold of each method that does not fail; none where the whole picture is masked."""
-    found = {}
-    if histogram.counts.any():
-        for name in compared() if methods is None else methods:
-            with contextlib.suppress(MethodError):
-                found[name] = METHODS[name](histogram, settings.min_area_px, settings.level)
-    return found
 
 
 def error_words(found: Estimate, view: View) -> str:

@@ -12,7 +12,7 @@ from dockpose.app.drawing import colours
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import length_words
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.processing.comparison import histogram_in, thresholds_by
+from dockpose.app.processing.comparison import histogram_in
 from dockpose.app.state.changes import with_mask, with_method
 from dockpose.app.web.choices import Change, Client
 from dockpose.app.web.live import Acts, RequestBox, data_html, request_to
@@ -24,6 +24,7 @@ from dockpose.estimate.canvas import to_bgr8
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
 from dockpose.thresholds import LEVELS, Histogram, Threshold
+from dockpose.thresholds.hats import hats
 
 _JPEG_QUALITY = 85
 _LEAST_GROUPS = 10  # that the histogram's axis has
@@ -238,8 +239,8 @@ class HistogramNumbers:
             histogram, curve = histogram_in(analysis.view, analysis.estimate), None
         if (threshold.groups_at_level >= 0).any():
             curve = threshold
-        elif curve is None and not is_playing:
-            curve = thresholds_by(histogram, settings, ["hats"]).get("hats")
+        elif curve is None and not is_playing and histogram.counts.any():
+            curve = hats(histogram, settings.min_area_px)
         if histogram is not self._histogram or curve is not self._curve:
             self._numbers = histogram_numbers(histogram.counts, curve)
         self._known, self._histogram, self._curve = known, histogram, curve

@@ -12,6 +12,7 @@ from dockpose.app.drawing.colours import POSE_COLOURS
 from dockpose.app.drawing.numbers import pose_cells
 from dockpose.app.processing.following import chosen_by_track
 from dockpose.estimate.canvas import Canvas
+from dockpose.estimate.drawing import PARTS
 from dockpose.simulate import Approach, FilmPlan, Pose, Scene, Sensor, film
 from dockpose.simulate.parts import Background, Lights, Snow
 from PIL import Image
@@ -21,7 +22,7 @@ CAMERA = Camera(700, 700, 319.5, 239.5, 640, 480)
 DOCK = Dock(diameter=0.30, lights=10)
 FRAMES, RATE_HZ = 60, 8.0
 SHOWN_PX = (560, 420)
-LAYERS = ("lights", "ellipse", "centres", "axes", "normals", "scale")
+LAYERS = (*PARTS, "scale")
 BAR_PX = 58
 
 

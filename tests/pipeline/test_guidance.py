@@ -59,6 +59,7 @@ def test_a_vehicle_that_points_to_starboard_and_up():
         ((0.28, 0, 1), {"cone_deg": 15, "radius_m": 0.05}, True),
         ((0, 0.28, 1), {"cone_deg": 15}, False),
         ((0, 0, 0.1), {"position_m": (0, 0, -0.2)}, False),  # past the entrance
+        ((0, 0, 0.1), {"position_m": (0, 0, -0.2), "radius_m": 0.3}, False),  # and not beyond its width
     ],
 )
 def test_the_cone(place, entrance, inside):

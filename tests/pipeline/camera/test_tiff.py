@@ -129,3 +129,13 @@ def test_a_ring_of_pages_ends():
     after = first + 2 + 12 * entries
     data[after : after + 4] = data[4:8]
     assert decode(bytes(data)).shape == (6, 8)
+
+
+def test_white_as_0_in_16_bits_where_opencv_unpacks_it():
+    grey = noise(np.uint16, 60, 80)
+    packed = cv2.imencode(".tiff", grey, [cv2.IMWRITE_TIFF_COMPRESSION, cv2.IMWRITE_TIFF_COMPRESSION_LZW])[1].tobytes()
+    entry = struct.pack("<HHI", 262, 3, 1)  # how a grey value is meant: 1 for black as 0
+    assert packed.count(entry + struct.pack("<I", 1)) == 1
+    data = packed.replace(entry + struct.pack("<I", 1), entry + struct.pack("<I", 0))
+    np.testing.assert_array_equal(decode(packed), grey)
+    np.testing.assert_array_equal(decode(data), 65535 - grey)

@@ -2,7 +2,7 @@ import socket
 
 import pytest
 from dockpose.sources import SourceError
-from dockpose.sources.rtp.packets import Ordered, Packet, Receiver, packet_in
+from dockpose.sources.rtp.packets import Ordered, Packet, Receiver, is_multicast, packet_in
 
 from tests.support.rtp import free_port
 
@@ -29,6 +29,16 @@ def test_a_packet_with_everything_that_it_may_have():
 )
 def test_what_is_no_packet(data):
     assert packet_in(data) is None
+
+
+@pytest.mark.parametrize("host", ["224.0.0.1", "239.255.255.255"])
+def test_groups(host):
+    assert is_multicast(host)
+
+
+@pytest.mark.parametrize("host", ["223.255.255.255", "240.0.0.1", "localhost", "", "224a.example"])
+def test_hosts_that_are_no_groups(host):
+    assert not is_multicast(host)
 
 
 def order(ordered: Ordered, *numbers: int) -> list[tuple[int, bool]]:

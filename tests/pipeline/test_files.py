@@ -4,7 +4,7 @@ import os
 import time
 
 import pytest
-from dockpose.files import MOST_BYTES, FileError, parse_yaml, read_small, read_yaml
+from dockpose.files import MOST_BYTES, FileError, GrowingFile, parse_yaml, read_small, read_yaml
 
 REPEATED = "a: &a {x: 1}\n" + "".join(
     f"b{i}: &b{i} {{<<: [*{before}, *{before}]}}\n" for i, before in enumerate(["a", *(f"b{i}" for i in range(24))])
@@ -79,3 +79,19 @@ def test_a_missing_file_and_a_name_that_cannot_be(tmp_path):
     for path in (tmp_path / "none.yaml", "a\x00b"):
         with pytest.raises(FileError, match="cannot be read"):
             read_yaml(path)
+
+
+def test_a_growing_file_is_cut_back_to_what_is_whole(tmp_path):
+    file = GrowingFile(tmp_path / "lines.csv")
+    file.write(b"whole\n")
+    file.mark()
+    file.write(b"hal")
+    assert "kept" in file.cut()
+    assert file.path.read_bytes() == b"whole\n"
+
+
+def test_a_growing_file_of_which_nothing_is_whole_goes(tmp_path):
+    file = GrowingFile(tmp_path / "lines.csv")
+    file.write(b"hal")
+    assert "nothing" in file.cut()
+    assert not file.path.exists()

@@ -27,14 +27,14 @@ prefersDark.addEventListener("change", () => {
 });
 
 // The picture is shown as large as the window lets it, and its histogram has the height that it leaves.
-const LEAST_PICTURE_PX = 190;
+const [LEAST_PICTURE_PX, WHOLE_WITHIN] = [190, 0.4];
 const [LEAST_PLOT_PX, MOST_PLOT_PX] = [90, 300]; // the least has room for every decade
 
 // Heights of picture and histogram, where both together may have `free`, and the picture is seen whole at `whole`; that
-// it is, where the page scrolls, if it leaves half of the window.
+// it is on phones, where the page scrolls, within a share of the window.
 function shares(free, whole) {
   const plot = Math.max(LEAST_PLOT_PX, Math.min(free - whole, MOST_PLOT_PX));
-  return [Math.max(LEAST_PICTURE_PX, Math.min(whole, innerHeight / 2), free - plot), plot];
+  return [Math.max(LEAST_PICTURE_PX, Math.min(whole, WHOLE_WITHIN * innerHeight), free - plot), plot];
 }
 
 function share(picture) {

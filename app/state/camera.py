@@ -160,10 +160,13 @@ def with_camera_file(view: View, data: bytes, name: str) -> View:
     size = view.image.shape[1], view.image.shape[0]
     camera = read_sent(data, name, lambda path: load_camera(path, size=size, tell=notes.append))
     note = re.sub(r"^\S*sent\.yaml", name, " ".join(notes))
-    if view.camera_of == "picture" and camera.width * size[1] != camera.height * size[0]:
+    try:
+        return with_own_camera(replace(view, note=note), camera, name)
+    except UserError:
+        if view.camera_of != "picture":
+            raise
         note = f"{name} is for pictures of {camera.width} x {camera.height}; the one shown keeps its own camera."
         return replace(view, tank=changed(view.tank, camera=camera), note=note)
-    return with_own_camera(replace(view, note=note), camera, name)
 
 
 def dock_file(dock: Dock) -> bytes:

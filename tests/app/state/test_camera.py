@@ -215,6 +215,12 @@ def test_camera_file_of_another_shape_waits_for_ones_own_pictures_where_the_one_
         optics.with_camera_file(with_upload(sample, PICTURE, "own.png"), data, "mine.yaml")
 
 
+def test_camera_file_whose_shape_is_off_by_rounding_is_used_at_once(view):
+    rounded = Camera(350, 350, 159.5, 119.0, 320, 239)  # half of 640 x 479, as halving a picture rounds
+    found = optics.with_camera_file(view, optics.camera_file(rounded, "dockpose"), "half.yaml")
+    assert (found.camera_of, found.camera.fx) == ("tank", pytest.approx(700, rel=0.01))
+
+
 def test_port_needs_our_own_format_and_unknown_ones_are_refused(view):
     with pytest.raises(ValueError, match="port"):
         optics.camera_file(optics.with_port(view, True).camera, "ros")

@@ -30,10 +30,8 @@ DEFAULT_SCENE = Scene(
     lights=Lights(),
     background=Background(),
 )
-
-
-paper_scenes = cache(tank_scenes)
 NOT_OF_THE_PAPER = "(none)"
+paper_scenes = cache(tank_scenes)
 
 
 def paper_scene(view: View) -> str:

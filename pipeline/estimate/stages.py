@@ -85,11 +85,9 @@ def judge_ring(
         dock = msgspec.structs.replace(dock, lights=ring.lights)
     try:
         ellipse, choice, log_chance, reason = _judged(ring, picture, stages["markers"], camera, dock)
-        if (
-            choice.lights is None
-            and (alone := evenly_spaced_part(ring, stages["markers"], choice, camera, dock)) is not None
-        ):
-            ring = stages["ring"] = alone
+        part = evenly_spaced_part(ring, stages["markers"], choice, camera, dock) if choice.lights is None else None
+        if part is not None:
+            ring = stages["ring"] = part
             ellipse, choice, log_chance, reason = _judged(ring, picture, stages["markers"], camera, dock)
     except NoEllipseError as error:
         if (lights := int(ring.on_ring.sum())) < MIN_POINTS:

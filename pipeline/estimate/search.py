@@ -12,8 +12,8 @@ from dockpose.camera.image import darkest_channel
 from dockpose.dock import Dock
 from dockpose.estimate.found import EXACT_OF_AXIS, LITTLE_CHANCE, NO_CHANCE, Found
 from dockpose.estimate.stages import Picture, look
+from dockpose.lights.chance import FIRST_POINTS
 from dockpose.lights.ellipse import MIN_POINTS
-from dockpose.lights.polygon import FIRST_POINTS
 from dockpose.lights.ring import Ring
 from dockpose.lights.whole import TOLERANCE_OF_AXIS
 from dockpose.settings import Settings

@@ -1,16 +1,14 @@
 """How many rings chance alone would make, by which a ring is accepted (Desolneux, Moisan and Morel 2000)."""
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import partial
+from typing import NamedTuple
 
 import numpy as np
-from dockpose.lights.polygon import FIRST_POINTS, Polygon
+from dockpose.compiled import compiled
 
 # Expected number of chance rings below which a ring is one: where it is all that there is, and where it is picked out
 # from among others, at two thresholds and from the brightest points first.
-ACCEPTED, ACCEPTED_AMONG_OTHERS = 1e-2, 1e-3
+ACCEPTED, ACCEPTED_AMONG_OTHERS, _THRESHOLDS = 1e-2, 1e-3, 2
 # Of inexact lights clutter, which is not strewn evenly, makes more rings than chance.
 # What is farther off than hands place lamps, as a share of the radius, root mean square, is a dock's only where nothing
 # else is in view.
@@ -21,198 +19,223 @@ LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rin
 # Lamps on a cable are not strewn: the second is within so many steps of the first, and each further one within so many
 # of where the last two point; one of twenty is out. A ring with such a share of its lights, or along such a share of
 # it, is no cable, and ten thousand docks are seen for each cable that would pass for a part of one.
-_NEAR_STEPS, _NEXT_STEPS, _LARGEST_GAP, _OUT, CLOSED, _FEWER_CABLES = 3.0, 0.25, 2, 0.05, 0.75, 1e4
+_NEAR_STEPS, _NEXT_STEPS, _LARGEST_GAP, _OUT, _CLOSED, _FEWER_CABLES = 3.0, 0.25, 2, 0.05, 0.75, 1e4
 _KINDS_OF_ERRORS = 2.0  # alike both ways, or not
-_THRESHOLDS = 2  # that a picture is searched with
 LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
 _NUMBERS_OF_WHOLE = 2  # ways in which a number may be unknown: that of the lights in view, or another
+FIRST_POINTS = 40  # the brightest, which are looked at first
 MOST_LIGHTS = 64  # that a dock is expected to have
 NUMBERS = range(4, 25)  # of lights that are tried by their corners where it is not known
 
 
-@dataclass(frozen=True)
-class Neighbours:
-    """Points near a ring that are not on it."""
+class Near(NamedTuple):
+    """How many points near a ring are not on it, and how many of these are as bright as its dimmest light."""
 
-    around: int  # how many are within twice its larger radius
-    beside: int  # how many are within an ellipse of twice its size and its shape, as letters beside a narrow one are
-
-
-NONE_NEAR = Neighbours(0, 0)
+    around: int  # within twice its larger radius
+    beside: int  # within an ellipse of twice its size and its shape, as letters beside a narrow one are
+    bright_around: int
+    bright_beside: int
 
 
-@dataclass(frozen=True)
-class Candidate:
-    """A polygon that is more than chance, and how much more."""
+class Cables(NamedTuple):
+    """A ring's lights as lamps on cables."""
 
-    polygon: Polygon
-    sides: int
-    log_chance: float
-
-    @property
-    def members(self) -> frozenset[int]:
-        """Numbers of the points on it."""
-        return frozenset(self.polygon.members.tolist())
+    steps: np.ndarray  # (K,): within how many steps each but the first is of where it would be
+    out: int  # how many are out
 
 
-@dataclass(frozen=True)
-class Scene:
-    """What rings are sought among."""
+class Scene(NamedTuple):
+    """What rings are sought scene."""
 
-    points_px: np.ndarray  # (N, 2): the groups' centres, from the principal point
-    brightness: np.ndarray  # (N,): of each
+    points_px: np.ndarray  # (M, 2): the groups' centres, from the principal point
+    brightness: np.ndarray  # (M,): of each
     area_px2: float  # of the picture
     focal_px: float  # of the picture
     even: bool  # whether the dock's lights are evenly spaced
     numbers: int  # how many numbers of lights are tried
 
 
-def neighbours(
+class Fit(NamedTuple):
+    """A ring's image, and how well points fit it."""
+
+    corners: np.ndarray  # (N,): the point that is each of the dock's lights, -1 where none is
+    squares_px2: float  # sum of the squares of how far the points are off their places
+    apart_px2: tuple[float, float]  # the same along the rim and across it; below 0 where alike, as of exact lights
+    semi_axes_px: tuple[float, float]
+    centre_px: tuple[float, float]
+
+
+NONE_NEAR, NO_CABLES, ALIKE = Near(0, 0, 0, 0), Cables(np.empty(0), 0), (-1.0, -1.0)
+
+
+@compiled
+def log_chance_of(fit: Fit, scene: Scene, may_hang: bool) -> float:
+    """Logarithm of the expected number of rings as good; inf where chance, or lamps on a cable if they may, made it.
+
+    Where errors are told apart, lights may be off their places along the rim more than across it. Of an unknown number
+    such a ring must be nearly closed, for inexact lights fit many numbers; and among others it must be surer.
+    """
+    members = fit.corners[fit.corners >= 0]
+    count, sides, total = len(members), len(fit.corners), len(scene.points_px)
+    most, tests = _limit(count, sides, scene)
+    if fit.apart_px2[0] >= 0 and count < total:
+        most = np.log(_ACCEPTED_INEXACT / scene.numbers)
+        if fit.squares_px2 > count * _BUILT_WITHIN**2 * fit.semi_axes_px[0] * fit.semi_axes_px[1]:
+            return np.inf
+    if fit.apart_px2[0] >= 0 and scene.numbers > 1 and count < _CLOSED * sides:
+        return np.inf
+    tube = log_tube(count, sides, scene.even, fit.squares_px2, fit.apart_px2)
+    none = Near(0, 0, 0, 0), Cables(np.empty(0), 0)
+    if tube + log_background(count, sides, fit.semi_axes_px, scene.area_px2, *none) > most:
+        return np.inf  # others near it, and cables, would only make it likelier
+    near = near_of(scene.points_px, scene.brightness, members, fit.centre_px, fit.semi_axes_px[0])
+    cables = cables_of(fit.corners >= 0) if may_hang else none[1]
+    chance = tube + log_background(count, sides, fit.semi_axes_px, scene.area_px2, near, cables)
+    return chance + tests if chance < most else np.inf
+
+
+@compiled
+def may_be_ring(count: int, sides: int, squares_px2: float, semi_axes_px: tuple[float, float], scene: Scene) -> bool:
+    """Whether so many points, as near to a ring's lights, would be more than chance with no other near them."""
+    none = Near(0, 0, 0, 0), Cables(np.empty(0), 0)
+    chance = log_tube(count, sides, scene.even, squares_px2, (-1.0, -1.0))
+    chance += log_background(count, sides, semi_axes_px, scene.area_px2, *none)
+    return bool(chance < _limit(count, sides, scene)[0])
+
+
+@compiled
+def _limit(count: int, sides: int, scene: Scene) -> tuple[float, float]:
+    """Logarithms of the expected number below which so many points are a ring, and of how many numbers are tried."""
+    total, numbers = len(scene.points_px), scene.numbers
+    # Where a ring of which no light is missing is all that there is, its number is not one of many.
+    if LEAST_CROWD <= count == sides == total:
+        numbers = min(numbers, _NUMBERS_OF_WHOLE)
+    # Four lights are picked out from among others, unless there is but one other: that makes so few fours.
+    at_once = total <= (FIRST_POINTS if count >= LEAST_CROWD else LEAST_CROWD)
+    return np.log((ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS) / numbers), np.log(numbers)
+
+
+@compiled
+def log_tube(count: int, sides: int, even: bool, squares_px2: float, apart_px2: tuple[float, float]) -> float:
+    """Logarithm of the volume in which so many of a ring's lights are as near to their places, in all ways.
+
+    ``apart_px2`` are the squares along the rim and across it, below 0 where alike: hands place lamps better across it.
+    """
+    ways = math.lgamma(sides + 1.0) - math.lgamma(count + 1.0) - math.lgamma(sides - count + 1.0)
+    if even:
+        ways -= np.log(sides)
+    tube = _log_ball(2 * count - 6, squares_px2)
+    if apart_px2[0] >= 0 and count >= LEAST_CROWD:
+        both = _log_ball(count - 1, apart_px2[0]) + _log_ball(count - 5, apart_px2[1])
+        tube = min(tube, both + np.log(_KINDS_OF_ERRORS))
+    return np.log(2 * np.pi**2 / 3 * float(count) ** 3 / 4) + tube + ways + np.log(_SIZES * max(1, sides - 3))
+
+
+@compiled
+def log_background(
+    count: int, sides: int, semi_axes_px: tuple[float, float], area_px2: float, near: Near, cables: Cables
+) -> float:
+    """Logarithm of how densely so many of a ring's lights would lie by chance: strewn, in a crowd, or on cables."""
+    major, minor = semi_axes_px
+    if minor <= 0:
+        return np.inf
+    disc, crowd = min(4 * np.pi * major**2, area_px2), min(4 * np.pi * major * minor, area_px2)
+    step_px2 = 4 * np.pi * major * minor / sides**2
+    strewn, crowded, hung = np.inf, np.inf, np.inf
+    for around, beside, tests in (
+        (near.around, near.beside, 1.0),
+        (near.bright_around, near.bright_beside, _BRIGHTNESSES),
+    ):
+        one, sizes = np.log((1 + around) / disc), np.log(tests * area_px2) + 4 * np.log(major)
+        strewn = min(strewn, count * one + sizes)
+        in_crowd = count * np.log((count + beside) / crowd) + np.log(tests * crowd) + 2 * np.log(major * minor)
+        crowded = min(crowded, in_crowd - np.log(_MORE_OF_CROWDS))
+        on = (count - len(cables.steps)) * one + cables.out * np.log(_OUT)
+        for steps in cables.steps:
+            on -= np.log(np.pi * steps**2 * step_px2)
+        hung = min(hung, on + sizes - np.log(_FEWER_CABLES))
+    if count < LEAST_CROWD:
+        return strewn
+    return max(strewn, crowded, hung) if len(cables.steps) else max(strewn, crowded)
+
+
+@compiled
+def _log_ball(dimensions: int, squares: float) -> float:
+    """Logarithm of the volume of a ball whose squared radius is ``squares``, or what centres are known to."""
+    if dimensions == 0:
+        return 0.0
+    half, least = dimensions / 2, dimensions * LEAST_PX**2
+    return half * np.log(np.pi) - math.lgamma(half + 1) + half * np.log(max(squares, least))
+
+
+@compiled
+def near_of(
     points_px: np.ndarray,
     brightness: np.ndarray,
     members: np.ndarray,
     centre_px: tuple[float, float],
     radius_px: float,
-) -> tuple[Neighbours, Neighbours]:
-    """Count the points (M, 2) near a ring that are not on it: all, and those as bright as its dimmest member."""
-    if len(members) == len(points_px):
-        return NONE_NEAR, NONE_NEAR
-    off = points_px - centre_px
-    around = (off * off).sum(axis=1) < (2 * radius_px) ** 2
-    # The covariance of points around an ellipse has half its squared semi-axes.
-    spread = np.cov(points_px[members].T, bias=True) + 1e-9 * np.eye(2)
-    moved = points_px - points_px[members].mean(axis=0)
-    beside = (moved @ np.linalg.inv(spread) * moved).sum(axis=1) < 8
-    around[members] = beside[members] = False
-    bright = brightness >= brightness[members].min()
-    return (
-        Neighbours(int(around.sum()), int(beside.sum())),
-        Neighbours(int((around & bright).sum()), int((beside & bright).sum())),
-    )
+) -> Near:
+    """Count the points (M, 2) near a ring that are not on it."""
+    counts, count = np.zeros(4, np.int64), len(members)
+    x0, y0, dimmest = 0.0, 0.0, np.inf
+    for k in members:
+        x0, y0, dimmest = x0 + points_px[k, 0] / count, y0 + points_px[k, 1] / count, min(dimmest, brightness[k])
+    xx, xy, yy, is_on = 1e-9, 0.0, 1e-9, np.zeros(len(points_px), np.bool_)
+    for k in members:
+        x, y = points_px[k, 0] - x0, points_px[k, 1] - y0
+        xx, xy, yy = xx + x * x / count, xy + x * y / count, yy + y * y / count
+        is_on[k] = True
+    for k in range(len(points_px)):
+        if is_on[k]:
+            continue
+        x, y = points_px[k, 0] - x0, points_px[k, 1] - y0
+        is_around = np.hypot(points_px[k, 0] - centre_px[0], points_px[k, 1] - centre_px[1]) < 2 * radius_px
+        # The covariance of points around an ellipse has half its squared semi-axes.
+        is_beside = yy * x * x - 2 * xy * x * y + xx * y * y < 8 * (xx * yy - xy * xy)
+        for place, is_near in enumerate((is_around, is_beside)):
+            counts[place] += is_near
+            counts[2 + place] += is_near and brightness[k] >= dimmest
+    return Near(counts[0], counts[1], counts[2], counts[3])
 
 
-def accepted(
-    polygon: Polygon, sides: int, scene: Scene, *, may_hang: bool = True, is_exact: bool = True
-) -> Candidate | None:
-    """Return a polygon as a candidate; None where chance, or lamps on a cable if they may, have made it.
-
-    One that is not exact may have lights off their places along the rim more than across it. Of an unknown number it
-    must be nearly closed, for inexact lights fit many numbers; and picked out from others it must be surer.
-    """
-    members = polygon.members
-    chance_among = partial(
-        log_chance_rings,
-        len(members),
-        sides,
-        even=scene.even,
-        squares_px2=polygon.squares_px2,
-        semi_axes_px=polygon.semi_axes_px,
-        area_px2=scene.area_px2,
-        apart_px2=None if is_exact else _squares_of_px2(polygon, scene.points_px),
-    )
-    # Where a ring of which no light is missing is all that there is, its number is not one of many.
-    is_all = LEAST_CROWD <= len(members) == sides == len(scene.points_px)
-    numbers = min(scene.numbers, _NUMBERS_OF_WHOLE) if is_all else scene.numbers
-    # Four lights are picked out from among others, unless there is but one other: that makes so few fours.
-    at_once = len(scene.points_px) <= (FIRST_POINTS if len(members) >= LEAST_CROWD else LEAST_CROWD)
-    most = math.log((ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS) / numbers)
-    if not is_exact and len(members) < len(scene.points_px):
-        most = math.log(_ACCEPTED_INEXACT / numbers)
-        if polygon.squares_px2 > len(members) * _BUILT_WITHIN**2 * math.prod(polygon.semi_axes_px):
-            return None
-    if not is_exact and scene.numbers > 1 and len(members) < CLOSED * sides:
-        return None
-    if chance_among(near=(NONE_NEAR, NONE_NEAR)) > most:
-        return None  # others near it, and cables, would only make it likelier
-    chance = chance_among(
-        near=neighbours(scene.points_px, scene.brightness, members, polygon.centre_px, polygon.semi_axes_px[0]),
-        cables=cables_of(polygon.corners >= 0) if may_hang else (),
-    )
-    return Candidate(polygon, sides, chance + math.log(numbers)) if chance < most else None
+@compiled
+def cables_of(lit: np.ndarray) -> Cables:
+    """What a ring's lights (N,), lit or not, would be along its arcs that are open, as lamps hang on cables."""
+    corners, sides = np.flatnonzero(lit), len(lit)
+    steps, count = np.empty(len(corners)), len(corners)
+    for k in range(count):
+        steps[k] = (corners[(k + 1) % count] - corners[k]) % sides
+    if not 0 < count < _CLOSED * sides or steps.max() <= (1 - _CLOSED) * sides:
+        return Cables(np.empty(0), 0)
+    kept, out, is_first, largest = 0, 0, True, np.argmax(steps)
+    within = np.empty(count)
+    for k in range(count):
+        step = steps[(largest + 1 + k) % count]
+        if step <= _LARGEST_GAP:
+            within[kept] = _NEAR_STEPS if is_first else _NEXT_STEPS * step
+            kept, out = kept + 1, out + int(step) - 1
+        is_first = step > _LARGEST_GAP
+    return Cables(within[:kept].copy(), out)
 
 
-def _squares_of_px2(polygon: Polygon, points_px: np.ndarray) -> tuple[float, float]:
-    """Sums of squares of how far a polygon's points (M, 2) are off their corners, along the circle and across it."""
-    places = np.column_stack([points_px[polygon.members], np.ones(len(polygon.members))])
-    flat = places @ np.linalg.inv(polygon.mapping).T
-    angles_rad = 2 * math.pi / len(polygon.corners) * np.flatnonzero(polygon.corners >= 0)
-    return squares_apart_px2(flat[:, :2] / flat[:, 2:], angles_rad, polygon.semi_axes_px)
-
-
+@compiled
 def squares_apart_px2(
     flat: np.ndarray, angles_rad: np.ndarray, semi_axes_px: tuple[float, float]
 ) -> tuple[float, float]:
-    """The same of points (N, 2) on the circle's plane, in radii, and their lights' angles (N,), whatever the roll."""
-    off = np.exp(1j * (np.arctan2(flat[:, 1], flat[:, 0]) - angles_rad))
-    along, across = np.angle(off * off.mean().conj()), np.hypot(flat[:, 0], flat[:, 1]) - 1
-    scale_px2 = math.prod(semi_axes_px)
-    return scale_px2 * float(along @ along), scale_px2 * float(across @ across)
+    """Sums of squares of how far lights at angles (N,) are off along the circle and across it, whatever the roll.
 
-
-def log_chance_rings(
-    count: int,
-    sides: int,
-    *,
-    even: bool,
-    squares_px2: float,
-    semi_axes_px: tuple[float, float],
-    near: tuple[Neighbours, Neighbours],
-    area_px2: float,
-    cables: Sequence[Sequence[int]] = (),
-    apart_px2: tuple[float, float] | None = None,
-) -> float:
-    """Logarithm of the expected number of rings as good among points strewn at random, see docs/method.md.
-
-    ``apart_px2`` are the squares along and across the rim, where both are known: hands place lamps better across it.
+    ``flat`` (N, 2) is how far each is off the circle, in radii, and its angle.
     """
-    major, minor = semi_axes_px
-    if minor <= 0:
-        return math.inf
-    ways = math.lgamma(sides + 1) - math.lgamma(count + 1) - math.lgamma(sides - count + 1)
-    if even:
-        ways -= math.log(sides)
-    tube = _log_ball(2 * count - 6, squares_px2)
-    if apart_px2 is not None and count >= LEAST_CROWD:
-        both = _log_ball(count - 1, apart_px2[0]) + _log_ball(count - 5, apart_px2[1])
-        tube = min(tube, both + math.log(_KINDS_OF_ERRORS))
-    common = math.log(2 * math.pi**2 / 3 * count**3 / 4) + tube + ways + math.log(_SIZES * max(1, sides - 3))
-    around = min(4 * math.pi * major**2, area_px2)
-    crowd = min(4 * math.pi * major * minor, area_px2)
-
-    def strewn(others: Neighbours) -> float:
-        return count * math.log((1 + others.around) / around) + math.log(area_px2) + 4 * math.log(major)
-
-    def crowded(others: Neighbours) -> float:
-        return count * math.log((count + others.beside) / crowd) + math.log(crowd) + 2 * math.log(major * minor)
-
-    def least(background: Callable[[Neighbours], float]) -> float:
-        return min(background(near[0]), math.log(_BRIGHTNESSES) + background(near[1]))
-
-    def on_cables(others: Neighbours) -> float:
-        step_px2 = 4 * math.pi * major * minor / sides**2
-        within = [steps for cable in cables for steps in [_NEAR_STEPS, *(_NEXT_STEPS * gap for gap in cable[1:])]]
-        begun = (count - len(within)) * math.log((1 + others.around) / around)
-        on = -sum(math.log(math.pi * steps**2 * step_px2) for steps in within)
-        on += math.log(_OUT) * sum(gap - 1 for cable in cables for gap in cable)
-        return begun + on + math.log(area_px2) + 4 * math.log(major)
-
-    if count < LEAST_CROWD:
-        return common + least(strewn)
-    chances = [least(strewn), least(crowded) - math.log(_MORE_OF_CROWDS)]
-    return common + max(chances + ([least(on_cables) - math.log(_FEWER_CABLES)] if cables else []))
-
-
-def cables_of(lit: np.ndarray) -> list[list[int]]:
-    """Steps from light to light along each arc of a ring (N,) that is open, as lamps hang on cables."""
-    if not 0 < lit.sum() < CLOSED * len(lit):
-        return []
-    corners = np.flatnonzero(lit)
-    steps = np.diff(corners, append=corners[0] + len(lit))
-    if steps.max() <= (1 - CLOSED) * len(lit):
-        return []
-    steps = np.roll(steps, -1 - int(np.argmax(steps)))
-    cables = np.split(steps, np.flatnonzero(steps > _LARGEST_GAP) + 1)
-    return [cable[cable <= _LARGEST_GAP].tolist() for cable in cables if (cable <= _LARGEST_GAP).any()]
+    off, sine, cosine = flat[:, 1] - angles_rad, 0.0, 0.0
+    for k in range(len(off)):
+        sine, cosine = sine + np.sin(off[k]), cosine + np.cos(off[k])
+    roll, along, across = np.arctan2(sine, cosine), 0.0, 0.0
+    for k in range(len(off)):
+        along += (np.mod(off[k] - roll + np.pi, 2 * np.pi) - np.pi) ** 2
+        across += flat[k, 0] ** 2
+    scale_px2 = semi_axes_px[0] * semi_axes_px[1]
+    return scale_px2 * along, scale_px2 * across
 
 
 def log_chance_ellipses(count: int, rms_px: float, radius_px: float, density: float, total: int) -> float:
@@ -222,11 +245,3 @@ def log_chance_ellipses(count: int, rms_px: float, radius_px: float, density: fl
     choose_five = math.log(math.comb(total, 5))
     others = math.log(math.comb(max(total - 5, count - 5), count - 5))
     return choose_five + others + (count - 5) * math.log(beside) + math.log(_SIZES)
-
-
-def _log_ball(dimensions: int, squares: float) -> float:
-    """Logarithm of the volume of a ball whose squared radius is ``squares``, or what centres are known to."""
-    half, least = dimensions / 2, dimensions * LEAST_PX**2
-    return (
-        half * math.log(math.pi) - math.lgamma(half + 1) + half * math.log(max(squares, least)) if dimensions else 0.0
-    )

@@ -1,12 +1,14 @@
 """Rings of lights in their places: from three corners of a polygon, or of many lights from the ellipse through them."""
 
+from operator import attrgetter
 from typing import Literal
 
 import numpy as np
 from dockpose.dock import Dock
-from dockpose.lights.chance import LEAST_CROWD, NUMBERS, Candidate, Scene, accepted
+from dockpose.lights.chance import FIRST_POINTS, NUMBERS, Scene
 from dockpose.lights.conics import LEAST_LIGHTS, polygons_on_ellipses
-from dockpose.lights.polygon import FEW_POINTS, FIRST_POINTS, MAX_POINTS, find_polygons, regular, without_worst
+from dockpose.lights.polygon import MAX_POINTS, Candidate, accepted, find_polygons, regular
+from dockpose.lights.triples import FEW_POINTS
 
 # Rings of lights in their places, these alone with many lights, or with none missing, and rings whose lights are off
 # their places.
@@ -38,17 +40,8 @@ def candidates_from(
     scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float, *, whole: bool = False
 ) -> list[Candidate]:
     """Polygons of the dock's lights that chance would hardly make, begun from the chosen points; the surest first."""
-    found = []
     units = [places_of(sides, dock) for sides in (NUMBERS if dock.lights is None else (dock.lights,))]
-    for polygon in find_polygons(scene.points_px, units, scene.even, scene.focal_px, tolerance, chosen, whole=whole):
-        sides = len(polygon.corners)
-        candidate = accepted(polygon, sides, scene)
-        if candidate is None and len(polygon.members) > LEAST_CROWD:
-            # One of its points may be no light of it.
-            candidate = accepted(without_worst(polygon, scene.points_px, places_of(sides, dock)), sides, scene)
-        if candidate is not None:
-            found.append(candidate)
-    return sorted(found, key=lambda candidate: candidate.log_chance)
+    return sorted(find_polygons(scene, units, tolerance, chosen, whole=whole), key=attrgetter("log_chance"))
 
 
 def _of_many(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
@@ -57,8 +50,7 @@ def _of_many(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float) -> l
     if not scene.even or (dock.lights or LEAST_LIGHTS) < LEAST_LIGHTS:
         return []
     rings = polygons_on_ellipses(scene.points_px, chosen, dock.lights, scene.focal_px, tolerance)
-    found = [accepted(polygon, len(polygon.corners), scene) for polygon in rings]
-    return sorted(filter(None, found), key=lambda candidate: candidate.log_chance)
+    return sorted(filter(None, [accepted(polygon, scene) for polygon in rings]), key=attrgetter("log_chance"))
 
 
 def is_even(dock: Dock) -> bool:

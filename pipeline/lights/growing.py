@@ -1,8 +1,9 @@
 """From three corners of a dock's polygon of lights to the whole: fit, look for the next corners, and fit again."""
 
 import numpy as np
-from dockpose.compiled import compiled
-from dockpose.lights.reprojection import Sought, as_pose, fit_affine, near_pose, solve
+from dockpose.compiled import compiled, compiled_within
+from dockpose.lights.chance import LEAST_CROWD, Fit, Scene, log_chance_of, may_be_ring
+from dockpose.lights.reprojection import Sought, as_pose, fit_affine, inverse_of, near_pose, off_corners, stretch, times
 
 NARROWEST = 0.12  # minor to major axis: a dock seen at 83 degrees
 SMALLEST_RADIUS_PX = 3.0  # of a smaller ring the lights are not apart
@@ -13,6 +14,7 @@ _STRICT_ROUNDS = 3  # of looking for all corners where the last fit puts them
 _PERSPECTIVE_MARGIN = 1.5  # focal lengths are not always well known
 _NOISE_PX = 1.0  # of a centre, for what of a perspective may be feigned
 _PERSPECTIVE_PRIOR = 0.03  # weak, see _fit
+_FARTHER = 4.0  # squares of a fit that leans on that prior, over those of the pose, at the most
 
 
 def distances(points_px: np.ndarray, others_px: np.ndarray) -> np.ndarray:
@@ -21,34 +23,73 @@ def distances(points_px: np.ndarray, others_px: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def grow_all(sought: Sought, triples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Corners (K, N), sums of squares (K,) and homographies (K, 3, 3) of the polygons that triples grow to."""
-    sides, points = len(sought.unit), sought.points
-    corners = np.full((len(triples), sides), -1)
-    squares = np.empty(len(triples))
-    mappings = np.empty((len(triples), 3, 3))
+def grow_all(
+    sought: Sought, triples: np.ndarray, scene: Scene
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Rings beyond chance that triples grow to: corners (K, N), squares (K,), homographies (K, 3, 3), chances (K,)."""
+    sides, most = len(sought.unit), len(triples)
+    known, seen = np.full((most, sides), -1), 0
+    corners, squares, mappings, chances = known.copy(), np.empty(most), np.empty((most, 3, 3)), np.empty(most)
     found = 0
-    order = np.argsort(points[:, 0])
-    across = points[order, 0]
+    order = np.argsort(sought.points[:, 0])
+    across = sought.points[order, 0]
     for t in range(len(triples)):
         start = np.full(sides, -1)
         for k in range(3):
             start[triples[t, 3 + k]] = triples[t, k]
-        if _is_known(corners[:found], start):
+        if _is_known(known[:seen], start):
             continue
-        most = 0
+        members, best = 0, np.inf
         for guess in _perspectives(sought, start):
             grown, square, mapping = _grow(sought, order, across, start, guess)
-            members = np.count_nonzero(grown >= 0)
-            if square < 0 or members <= most or _is_known(corners[:found], grown):
+            count = np.count_nonzero(grown >= 0)
+            if square < 0 or count <= members or _is_known(known[:seen], grown):
                 continue
-            square, mapping = as_pose(sought, grown, mapping)
+            is_promising = _may_be_ring(sought, grown, mapping, scene)
+            if is_promising:
+                square, mapping = as_pose(sought, grown, mapping)
             exact = max(sought.tolerance_px, TOLERANCE_OF_RADIUS * stretch(mapping)[1])
-            if square <= members * exact**2:
-                most = members
-                corners[found], squares[found], mappings[found] = grown, square, mapping
-        found += most > 0
-    return corners[:found], squares[:found], mappings[:found]
+            if square > count * exact**2:
+                continue
+            members, best, known[seen] = count, np.inf, grown
+            if is_promising:
+                best, corners[found], squares[found], mappings[found] = _judged(sought, grown, square, mapping, scene)
+        seen += members > 0
+        if best < np.inf:
+            chances[found] = best
+            found += 1
+    return corners[:found], squares[:found], mappings[:found], chances[:found]
+
+
+@compiled
+def _may_be_ring(sought: Sought, corners: np.ndarray, mapping: np.ndarray, scene: Scene) -> bool:
+    """Whether the pose of a polygon, with or without its worst light, may be more than chance."""
+    count, sides, semi_axes_px = int(np.count_nonzero(corners >= 0)), len(corners), stretch(mapping)
+    squares, worst, _ = off_corners(sought, corners, mapping)
+    if may_be_ring(count, sides, squares / _FARTHER, semi_axes_px, scene):
+        return True
+    less = max(count - 1, LEAST_CROWD)
+    return count > less and may_be_ring(less, sides, (squares - worst) / _FARTHER, semi_axes_px, scene)
+
+
+@compiled
+def _judged(
+    sought: Sought, corners: np.ndarray, squares: float, mapping: np.ndarray, scene: Scene
+) -> tuple[float, np.ndarray, float, np.ndarray]:
+    """Chance of a ring, inf of none, its corners, squares and mapping: one of its points may be no light of it."""
+    chance = log_chance_of(fit_of(corners, squares, mapping), scene, True)
+    if chance < np.inf or np.count_nonzero(corners >= 0) <= LEAST_CROWD:
+        return chance, corners, squares, mapping
+    corners = corners.copy()
+    corners[off_corners(sought, corners, mapping)[2]] = -1
+    squares, mapping = as_pose(sought, corners, mapping)
+    return log_chance_of(fit_of(corners, squares, mapping), scene, True), corners, squares, mapping
+
+
+@compiled
+def fit_of(corners: np.ndarray, squares: float, mapping: np.ndarray) -> Fit:
+    """A polygon whose lights are alike off their places both ways."""
+    return Fit(corners, squares, (-1.0, -1.0), stretch(mapping), (mapping[0, 2], mapping[1, 2]))
 
 
 @compiled
@@ -68,10 +109,10 @@ def _perspectives(sought: Sought, start: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def _is_known(found: np.ndarray, corners: np.ndarray) -> bool:
-    """Whether the points of ``corners`` are part of a polygon found before, in the same order around it."""
+def _is_known(known: np.ndarray, corners: np.ndarray) -> bool:
+    """Whether the points of ``corners`` are part of a polygon (K, N) known before, in the same order around it."""
     sides = len(corners)
-    for row in range(len(found)):
+    for row in range(len(known)):
         shift, same, mirrored = -1, True, True
         flip = -1
         for corner in range(sides):
@@ -79,7 +120,7 @@ def _is_known(found: np.ndarray, corners: np.ndarray) -> bool:
                 continue
             place = -1
             for other in range(sides):
-                if found[row, other] == corners[corner]:
+                if known[row, other] == corners[corner]:
                     place = other
             if place < 0:
                 same = mirrored = False
@@ -102,10 +143,10 @@ def _grow(
     corners = start.copy()
     places, off, nearest, spacing = np.empty((sides, 2)), np.empty(sides), np.empty(sides, np.int64), np.empty(sides)
     strict, is_new = 0, True
-    mapping = np.eye(3)
+    mapping, right, affine = np.eye(3), np.empty((3, 6)), np.empty((3, 6))
     while True:
         if is_new:
-            ok, mapping = _fit(sought, corners, guess)
+            ok, mapping = _fit(sought, corners, guess, right, affine)
             if not ok:
                 return corners, -1.0, mapping
             _look(sought, order, across, mapping, places, spacing, off, nearest)
@@ -143,7 +184,7 @@ def _grow(
     return corners, (squares if members >= 4 else -1.0), mapping
 
 
-@compiled
+@compiled_within
 def _look(
     sought: Sought,
     order: np.ndarray,
@@ -161,10 +202,11 @@ def _look(
         places[c, 0] = (mapping[0, 0] * unit[c, 0] + mapping[0, 1] * unit[c, 1] + mapping[0, 2]) / w
         places[c, 1] = (mapping[1, 0] * unit[c, 0] + mapping[1, 1] * unit[c, 1] + mapping[1, 2]) / w
     for c in range(sides):
-        before, after = places[c - 1], places[(c + 1) % sides]
+        # Views of rows would be counted as references, which takes longer than all the rest.
+        last, further = (c - 1) % sides, (c + 1) % sides
         spacing[c] = min(
-            np.hypot(places[c, 0] - before[0], places[c, 1] - before[1]),
-            np.hypot(places[c, 0] - after[0], places[c, 1] - after[1]),
+            np.hypot(places[c, 0] - places[last, 0], places[c, 1] - places[last, 1]),
+            np.hypot(places[c, 0] - places[further, 0], places[c, 1] - places[further, 1]),
         )
         # Only what is so near can become this corner: the points are looked through from left to right.
         reach, number = _GROWING_TOLERANCE * spacing[c], -1
@@ -178,8 +220,10 @@ def _look(
         off[c], nearest[c] = np.sqrt(best) if number >= 0 else np.inf, number
 
 
-@compiled
-def _fit(sought: Sought, corners: np.ndarray, guess: np.ndarray) -> tuple[bool, np.ndarray]:
+@compiled_within
+def _fit(
+    sought: Sought, corners: np.ndarray, guess: np.ndarray, right: np.ndarray, affine: np.ndarray
+) -> tuple[bool, np.ndarray]:
     """Homography (3, 3) of the unit circle's corners to the points, as near to a guess in perspective as they allow."""
     points, unit = sought.points, sought.unit
     count, x0, y0 = 0, 0.0, 0.0
@@ -194,41 +238,34 @@ def _fit(sought: Sought, corners: np.ndarray, guess: np.ndarray) -> tuple[bool, 
             size += (points[corner, 0] - x0) ** 2 + (points[corner, 1] - y0) ** 2
     size = max(np.sqrt(size / (2 * count)), 1e-9)
     # Both rows of the affine part have the same normal equations, and are eliminated: what is left is the perspective.
-    normal, right, left = np.zeros((3, 3)), np.zeros((3, 6)), np.zeros((2, 2))
-    p = np.empty((2, 1))
-    for k in range(2):
-        left[k, k] = _PERSPECTIVE_PRIOR**2 + 1e-12
-        p[k, 0] = _PERSPECTIVE_PRIOR**2 * guess[k]
-    for k in range(3):
-        normal[k, k] = 1e-12
+    uu, uv, u1, vv, v1, ones = 1e-12, 0.0, 0.0, 1e-12, 0.0, 1e-12
+    prior = _PERSPECTIVE_PRIOR**2
+    aa, ab, bb, pa, pb = prior + 1e-12, 0.0, prior + 1e-12, prior * guess[0], prior * guess[1]
+    right[:] = 0.0
     for c in range(len(corners)):
         if corners[c] < 0:
             continue
         u, v = unit[c, 0], unit[c, 1]
         x, y = (points[corners[c], 0] - x0) / size, (points[corners[c], 1] - y0) / size
+        uu, uv, u1, vv, v1, ones = uu + u * u, uv + u * v, u1 + u, vv + v * v, v1 + v, ones + 1
+        for column, seen in enumerate((x, y, -u * x, -v * x, -u * y, -v * y)):
+            right[0, column] += u * seen
+            right[1, column] += v * seen
+            right[2, column] += seen
         far = x * x + y * y
-        seen = (x, y, -u * x, -v * x, -u * y, -v * y)
-        for i, place in enumerate((u, v, 1.0)):
-            normal[i, 0] += place * u
-            normal[i, 1] += place * v
-            normal[i, 2] += place
-            for j in range(6):
-                right[i, j] += place * seen[j]
-        p[0, 0] -= u * far
-        p[1, 0] -= v * far
-        left[0, 0] += u * u * far
-        left[0, 1] += u * v * far
-        left[1, 1] += v * v * far
-    left[1, 0] = left[0, 1]
-    affine = solve(normal, right.copy())
+        aa, ab, bb, pa, pb = aa + u * u * far, ab + u * v * far, bb + v * v * far, pa - u * far, pb - v * far
+    uu, uv, u1, vv, v1, ones = inverse_of(uu, uv, u1, vv, v1, ones)
+    for column in range(6):
+        u, v, one = right[0, column], right[1, column], right[2, column]
+        affine[0, column], affine[1, column], affine[2, column] = times(uu, uv, u1, vv, v1, ones, u, v, one)
     for i in range(3):
-        for j in range(2):
-            x, y = right[i, 2 + j], right[i, 4 + j]
-            p[j, 0] -= x * affine[i, 0] + y * affine[i, 1]
-            for k in range(2):
-                left[j, k] -= x * affine[i, 2 + k] + y * affine[i, 4 + k]
-    solve(left, p)
-    px, py = p[0, 0], p[1, 0]
+        pa -= right[i, 2] * affine[i, 0] + right[i, 4] * affine[i, 1]
+        pb -= right[i, 3] * affine[i, 0] + right[i, 5] * affine[i, 1]
+        aa -= right[i, 2] * affine[i, 2] + right[i, 4] * affine[i, 4]
+        ab -= right[i, 2] * affine[i, 3] + right[i, 4] * affine[i, 5]
+        bb -= right[i, 3] * affine[i, 3] + right[i, 5] * affine[i, 5]
+    by = 1 / max(aa * bb - ab * ab, 1e-300)
+    px, py = by * (bb * pa - ab * pb), by * (aa * pb - ab * pa)
     mapping = np.empty((3, 3))
     mapping[2, 0], mapping[2, 1], mapping[2, 2] = px, py, 1.0
     for k in range(3):
@@ -244,15 +281,3 @@ def _fit(sought: Sought, corners: np.ndarray, guess: np.ndarray) -> tuple[bool, 
         and np.hypot(px, py) <= most
     )
     return plausible, mapping
-
-
-@compiled
-def stretch(mapping: np.ndarray) -> tuple[float, float]:
-    """Singular values, larger first, of how the mapping stretches around the circle's middle."""
-    a = mapping[0, 0] - mapping[0, 2] * mapping[2, 0]
-    b = mapping[0, 1] - mapping[0, 2] * mapping[2, 1]
-    c = mapping[1, 0] - mapping[1, 2] * mapping[2, 0]
-    d = mapping[1, 1] - mapping[1, 2] * mapping[2, 1]
-    mean, apart = (a * a + b * b + c * c + d * d) / 2, abs(a * d - b * c)
-    major = np.sqrt(mean + np.sqrt(max(mean * mean - apart * apart, 0.0)))
-    return major, apart / max(major, 1e-9)

@@ -2,16 +2,16 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from operator import attrgetter
 
 import numpy as np
 from dockpose.compiled import compiled
-from dockpose.lights.chance import LEAST_CROWD, Candidate, Scene, accepted
+from dockpose.lights.chance import LEAST_CROWD, Fit, Scene, log_chance_of, squares_apart_px2
 from dockpose.lights.conics import conics_through, fives_of
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX
-from dockpose.lights.polygon import Polygon, refitted, regular, without_worst
+from dockpose.lights.polygon import Candidate, polygon_of, regular
+from dockpose.lights.reprojection import Sought, as_pose, off_corners, stretch
 from dockpose.lights.whole import angles_on
 
 _TRIALS = 3003  # fives of points: all of fifteen
@@ -28,22 +28,35 @@ def handmade_rings(scene: Scene, chosen: np.ndarray, numbers: Sequence[int]) -> 
     if len(chosen) < MIN_POINTS:
         return []
     points = np.ascontiguousarray(scene.points_px[chosen])
+    whole = _of_all(points) if len(points) in numbers else None
+    begun = [] if whole is None else [(*whole, 1)]
+    for row, mapping in zip(*_begun(points, np.array(numbers)), strict=True):
+        begun.append((row[1 : row[0] + 1].copy(), mapping, _ROUNDS))
     best: dict[frozenset[int], Candidate] = {}
-    whole = _of_all(points, scene.focal_px) if len(points) in numbers else None
-    if whole is not None and (ring := _least_likely(whole, chosen, len(points), scene)) is not None:
-        best[ring.members] = ring
-    corners, mappings = _begun(points, np.array(numbers))
-    for row, mapping in zip(corners, mappings, strict=True):
-        sides = int(row[0])
-        polygon = _settled(row[1 : sides + 1], mapping, points, sides, scene.focal_px)
-        ring = None if polygon is None else _least_likely(polygon, chosen, sides, scene)
+    for corners, mapping, rounds in begun:
+        ring = _settled_ring(corners, mapping, rounds, points, chosen, scene)
         if ring is not None:
             best.setdefault(ring.members, ring)
-    return sorted(best.values(), key=lambda candidate: candidate.log_chance)
+    return sorted(best.values(), key=attrgetter("log_chance"))
 
 
-def _of_all(points: np.ndarray, focal_px: float) -> Polygon | None:
-    """The polygon of all points (N, 2) in their order around the ellipse through them; None where there is none."""
+def _settled_ring(
+    corners: np.ndarray, mapping: np.ndarray, rounds: int, points: np.ndarray, chosen: np.ndarray, scene: Scene
+) -> Candidate | None:
+    """The ring that points (M, 2), those chosen of a scene, begin at corners (N,); None where it may be chance."""
+    sought = Sought(points, regular(len(corners)), scene.focal_px, 0.0)
+    corners, mapping = _settled(sought, corners, mapping, rounds)
+    if np.count_nonzero(corners >= 0) < MIN_POINTS:
+        return None
+    corners, sought = np.where(corners >= 0, chosen[corners], -1), sought._replace(points=scene.points_px)
+    chance, corners, squares_px2, mapping = _least_likely(sought, corners, mapping, scene)
+    if chance == math.inf:
+        return None
+    return Candidate(polygon_of(corners, squares_px2, mapping, scene.focal_px), chance)
+
+
+def _of_all(points: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """All points (N, 2) in order around the ellipse through them, and its map (3, 3); None where there is none."""
     try:
         ellipse = fit_ellipse(points)
     except NoEllipseError:
@@ -51,24 +64,26 @@ def _of_all(points: np.ndarray, focal_px: float) -> Polygon | None:
     angles = angles_on(points, ellipse)
     order = np.argsort(angles)
     roll = float((angles[order] - 2 * math.pi / len(points) * np.arange(len(points))).mean())
-    mapping = _turned(ellipse.angle_rad) @ np.diag([*ellipse.semi_axes_px, 1.0]) @ _turned(roll)
+    mapping = _turned(_turned(np.eye(3), ellipse.angle_rad) @ np.diag([*ellipse.semi_axes_px, 1.0]), roll)
     mapping[:2, 2] = ellipse.centre_px
-    return refitted(order, mapping, points, regular(len(points)), focal_px)
+    return order, mapping
 
 
 @compiled
-def _turned(roll: float) -> np.ndarray:
-    """Map (3, 3) that turns a plane by an angle."""
-    cos, sin = np.cos(roll), np.sin(roll)
-    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+def _turned(mapping: np.ndarray, roll: float) -> np.ndarray:
+    """A map (3, 3) of a plane that is turned by an angle before."""
+    cos, sin, turned = np.cos(roll), np.sin(roll), mapping.copy()
+    for row in range(3):
+        turned[row, 0] = cos * mapping[row, 0] + sin * mapping[row, 1]
+        turned[row, 1] = cos * mapping[row, 1] - sin * mapping[row, 0]
+    return turned
 
 
 def _begun(points: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of lights with the points at their corners (K, 1 + N), homographies (K, 3, 3), of the best ellipses."""
-    count = len(points)
     middle, scale = points.mean(axis=0), max(float(points.std()), 1e-9)
-    places = np.column_stack([(points - middle) / scale, np.ones(count)])
-    conics = conics_through(places[fives_of(count, _TRIALS)])
+    places = (points - middle) / scale
+    conics = conics_through(np.column_stack([places, np.ones(len(points))])[fives_of(len(points), _TRIALS)])
     corners, mappings = _best_of(conics, places, numbers, SMALLEST_RADIUS_PX / scale, _KEPT)
     return corners, np.array([[scale, 0, middle[0]], [0, scale, middle[1]], [0, 0, 1]]) @ mappings
 
@@ -77,38 +92,46 @@ def _begun(points: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndar
 def _best_of(
     conics: np.ndarray, places: np.ndarray, numbers: np.ndarray, least_radius: float, most: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """As ``_begun``, of conics (T, 6) among homogeneous places (M, 3)."""
+    """As ``_begun``, of conics (T, 6) among places (M, 2)."""
     width = 1 + max(numbers.max(), 1)
     corners, mappings = np.full((most, width), -1), np.zeros((most, 3, 3))
     worths = np.zeros(most)
-    own = np.full(width, -1)
+    own, logs, mapping = np.full(width, -1), np.empty(width), np.empty((3, 3))
     flat = np.empty((len(places), 2))
     if len(numbers) > 1:
         conics = conics[np.argsort(_off_all(conics, places, least_radius))[:_OF_ANY_NUMBER]]
     for t in range(len(conics)):
-        is_ellipse, mapping = _affine_of(conics[t], least_radius)
-        if not is_ellipse:
+        if not _set_affine(conics, t, least_radius, mapping):
             continue
         around = _flatten(mapping, places, flat)
         for sides in numbers:
             least = np.argmax(worths)
-            worth, roll = _placed(flat, around, sides, own)
-            is_new = worth < worths[least]
-            for k in range(most):
-                is_new = is_new and not (own == corners[k]).all()
-            if is_new:
+            worth, roll = _placed(flat, around, sides, own, logs)
+            if worth < worths[least] and not _is_among(corners, own):
                 worths[least], corners[least] = worth, own
-                mappings[least] = mapping @ _turned(roll)
+                mappings[least] = _turned(mapping, roll)
     order = np.argsort(worths)[: np.count_nonzero(worths < 0)]
     return corners[order], mappings[order]
 
 
 @compiled
+def _is_among(rows: np.ndarray, own: np.ndarray) -> bool:
+    """Whether a row (N,) is one of rows (K, N)."""
+    for k in range(len(rows)):
+        same = 0
+        while same < len(own) and rows[k, same] == own[same]:
+            same += 1
+        if same == len(own):
+            return True
+    return False
+
+
+@compiled
 def _off_all(conics: np.ndarray, places: np.ndarray, least_radius: float) -> np.ndarray:
-    """Log (T,) of how often chance lays places (M, 3) so near each of conics (T, 6); 0 of one that is no ring."""
-    logs, flat = np.zeros(len(conics)), np.empty((len(places), 2))
+    """Log (T,) of how often chance lays places (M, 2) so near each of conics (T, 6); 0 of one that is no ring."""
+    logs, flat, mapping = np.zeros(len(conics)), np.empty((len(places), 2)), np.empty((3, 3))
     for t in range(len(conics)):
-        is_ellipse, mapping = _affine_of(conics[t], least_radius)
+        is_ellipse = _set_affine(conics, t, least_radius, mapping)
         near = _flatten(mapping, places, flat) if is_ellipse else 1.0
         for k in range(len(places) if is_ellipse else 0):
             logs[t] += np.log(min(1.0, near * max(abs(flat[k, 0]), _LEAST_ACROSS)))
@@ -116,13 +139,12 @@ def _off_all(conics: np.ndarray, places: np.ndarray, least_radius: float) -> np.
 
 
 @compiled
-def _affine_of(conic: np.ndarray, least_radius: float) -> tuple[bool, np.ndarray]:
-    """Whether a conic (6,) is an ellipse that a ring may have, and the map (3, 3) of the unit circle to it."""
-    A, B, C, D, E, F = conic
-    mapping = np.eye(3)
+def _set_affine(conics: np.ndarray, t: int, least_radius: float, mapping: np.ndarray) -> bool:
+    """Fill in the map (3, 3) of the unit circle to one of conics (T, 6), if that is an ellipse that a ring may have."""
+    A, B, C, D, E, F = conics[t, 0], conics[t, 1], conics[t, 2], conics[t, 3], conics[t, 4], conics[t, 5]
     apart = 4 * A * C - B * B
     if apart <= 0:
-        return False, mapping
+        return False
     x, y = (B * E - 2 * C * D) / apart, (B * D - 2 * A * E) / apart
     inside = -(F + (D * x + E * y) / 2)
     mean, half = (A + C) / 2, np.hypot((A - C) / 2, B / 2)
@@ -131,19 +153,25 @@ def _affine_of(conic: np.ndarray, least_radius: float) -> tuple[bool, np.ndarray
     else:
         turn = np.arctan2(B, A - C) / 2
     if mean <= half:
-        return False, mapping
+        return False
     minor, major = np.sqrt(inside / (mean + half)), np.sqrt(inside / (mean - half))
     cos, sin = np.cos(turn), np.sin(turn)
     mapping[0, 0], mapping[0, 1], mapping[0, 2] = minor * cos, -major * sin, x
     mapping[1, 0], mapping[1, 1], mapping[1, 2] = minor * sin, major * cos, y
-    return minor > NARROWEST * major and minor > least_radius, mapping
+    mapping[2, 0], mapping[2, 1], mapping[2, 2] = 0.0, 0.0, 1.0
+    return minor > NARROWEST * major and minor > least_radius
 
 
 @compiled
 def _flatten(mapping: np.ndarray, places: np.ndarray, flat: np.ndarray) -> float:
-    """Fill in radius less 1 and angle (M, 2) of homogeneous places (M, 3) in a circle's plane; how many are near it."""
-    inverse = np.linalg.inv(mapping)
-    near = 1.0
+    """Fill in radius less 1 and angle (M, 2) of places (M, 2) in a circle's plane; how many are near it."""
+    inverse, near = np.empty((3, 3)), 1.0
+    # But for its size, which is divided out.
+    for row in range(3):
+        for column in range(3):
+            i, j = (column + 1) % 3, (column + 2) % 3
+            k, m = (row + 1) % 3, (row + 2) % 3
+            inverse[row, column] = mapping[i, k] * mapping[j, m] - mapping[i, m] * mapping[j, k]
     for k in range(len(places)):
         x = inverse[0, 0] * places[k, 0] + inverse[0, 1] * places[k, 1] + inverse[0, 2]
         y = inverse[1, 0] * places[k, 0] + inverse[1, 1] * places[k, 1] + inverse[1, 2]
@@ -155,7 +183,7 @@ def _flatten(mapping: np.ndarray, places: np.ndarray, flat: np.ndarray) -> float
 
 
 @compiled
-def _placed(flat: np.ndarray, near: float, sides: int, corners: np.ndarray) -> tuple[float, float]:
+def _placed(flat: np.ndarray, near: float, sides: int, corners: np.ndarray, logs: np.ndarray) -> tuple[float, float]:
     """Fill in N and the likeliest point of each corner; log of how often chance lays them so near, and the roll."""
     corners[:] = -1
     corners[0] = sides
@@ -165,7 +193,7 @@ def _placed(flat: np.ndarray, near: float, sides: int, corners: np.ndarray) -> t
             sine += np.sin(sides * flat[k, 1])
             cosine += np.cos(sides * flat[k, 1])
     roll, step = np.arctan2(sine, cosine) / sides, 2 * np.pi / sides
-    logs = np.zeros(sides)
+    logs[:], total = 0.0, 0.0
     for k in range(len(flat)):
         across = abs(flat[k, 0])
         if across > _BAND:
@@ -176,37 +204,52 @@ def _placed(flat: np.ndarray, near: float, sides: int, corners: np.ndarray) -> t
         # The share of the disc of two radii in which points are counted that is as near to a corner.
         log = np.log(min(1.0, near * max(along, _LEAST_ALONG) * max(across, _LEAST_ACROSS) / np.pi))
         if log < logs[corner % sides]:
+            total += log - logs[corner % sides]
             logs[corner % sides] = log
             corners[1 + corner % sides] = k
-    return logs.sum(), roll
+    return total, roll
 
 
-def _settled(
-    corners: np.ndarray, mapping: np.ndarray, points: np.ndarray, sides: int, focal_px: float
-) -> Polygon | None:
-    """The polygon that points at corners (N,) begin, fitted as a pose; None where too few of them stay."""
-    unit, row, flat = regular(sides), np.full(sides + 1, -1), np.empty((len(points), 2))
-    places = np.column_stack([points, np.ones(len(points))])
-    polygon = None
-    for _ in range(_ROUNDS):
+@compiled
+def _settled(sought: Sought, corners: np.ndarray, mapping: np.ndarray, rounds: int) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (N,) and homography of the pose that points at corners (N,) begin; of no corners where too few stay."""
+    sides, points = len(corners), sought.points
+    row, logs, flat = np.full(sides + 1, -1), np.empty(sides), np.empty((len(points), 2))
+    fitted = corners
+    for _ in range(rounds):
         if np.count_nonzero(corners >= 0) < MIN_POINTS:
-            return None
-        polygon = refitted(corners, mapping, points, unit, focal_px)
-        if abs(np.linalg.det(polygon.mapping)) < 1e-9:
-            return None
-        near = _flatten(polygon.mapping, places, flat)
-        _, roll = _placed(flat, near, sides, row)
+            return np.full(sides, -1), mapping
+        fitted = corners
+        mapping = as_pose(sought, corners, mapping)[1]
+        if not abs(np.linalg.det(mapping)) >= 1e-9:
+            return np.full(sides, -1), mapping
+        roll = _placed(flat, _flatten(mapping, points, flat), sides, row, logs)[1]
         if (row[1:] == corners).all():
             break
-        corners, mapping = row[1:].copy(), polygon.mapping @ _turned(roll)
-    return polygon
+        corners = row[1:].copy()
+        mapping = _turned(mapping, roll)
+    return fitted, mapping
 
 
-def _least_likely(polygon: Polygon, chosen: np.ndarray, sides: int, scene: Scene) -> Candidate | None:
-    """The ring of a polygon among the chosen points without those that make it likelier to be chance; None of none."""
-    polygon = replace(polygon, corners=np.where(polygon.corners >= 0, chosen[polygon.corners], -1))
-    rings = [accepted(polygon, sides, scene, is_exact=False)]
-    while len(polygon.members) > LEAST_CROWD:
-        polygon = without_worst(polygon, scene.points_px, regular(sides))
-        rings.append(accepted(polygon, sides, scene, is_exact=False))
-    return min(filter(None, rings), key=attrgetter("log_chance"), default=None)
+@compiled
+def _least_likely(
+    sought: Sought, corners: np.ndarray, mapping: np.ndarray, scene: Scene
+) -> tuple[float, np.ndarray, float, np.ndarray]:
+    """Chance, corners, squares and mapping without points that make a ring likelier to be chance; inf of none."""
+    squares, mapping = as_pose(sought, corners, mapping)
+    best = np.inf, corners, squares, mapping
+    while True:
+        lit = np.flatnonzero(corners >= 0)
+        flat = np.empty((len(lit), 2))
+        _flatten(mapping, sought.points[corners[lit]], flat)
+        semi_axes_px = stretch(mapping)
+        apart_px2 = squares_apart_px2(flat, 2 * np.pi / len(corners) * lit, semi_axes_px)
+        centre_px = mapping[0, 2], mapping[1, 2]
+        chance = log_chance_of(Fit(corners, squares, apart_px2, semi_axes_px, centre_px), scene, True)
+        if chance < best[0]:
+            best = chance, corners, squares, mapping
+        if len(lit) <= LEAST_CROWD:
+            return best
+        corners = corners.copy()
+        corners[off_corners(sought, corners, mapping)[2]] = -1
+        squares, mapping = as_pose(sought, corners, mapping)

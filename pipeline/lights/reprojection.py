@@ -221,20 +221,20 @@ def _upright(R: np.ndarray) -> None:
 def fit_affine(sought: Sought, corners: np.ndarray, px: float, py: float) -> tuple[float, np.ndarray]:
     """Sum of squares and homography (3, 3) of the best affine part for a given perspective."""
     points, unit = sought.points, sought.unit
-    normal, right = np.zeros((3, 3)), np.zeros((3, 2))
-    row = np.empty(3)
+    uu, uv, u1, vv, v1, ones = 1e-12, 0.0, 0.0, 1e-12, 0.0, 1e-12
+    ux, vx, x1, uy, vy, y1 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for c in range(len(corners)):
         if corners[c] >= 0:
-            w = 1 + px * unit[c, 0] + py * unit[c, 1]
-            row[0], row[1], row[2] = unit[c, 0] / w, unit[c, 1] / w, 1 / w
-            for i in range(3):
-                for j in range(3):
-                    normal[i, j] += row[i] * row[j]
-                right[i, 0] += row[i] * points[corners[c], 0]
-                right[i, 1] += row[i] * points[corners[c], 1]
+            one = 1 / (1 + px * unit[c, 0] + py * unit[c, 1])
+            u, v = one * unit[c, 0], one * unit[c, 1]
+            x, y = points[corners[c], 0], points[corners[c], 1]
+            uu, uv, u1, vv, v1, ones = uu + u * u, uv + u * v, u1 + u * one, vv + v * v, v1 + v * one, ones + one * one
+            ux, vx, x1, uy, vy, y1 = ux + u * x, vx + v * x, x1 + one * x, uy + u * y, vy + v * y, y1 + one * y
+    uu, uv, u1, vv, v1, ones = inverse_of(uu, uv, u1, vv, v1, ones)
     mapping = np.empty((3, 3))
-    mapping[:2] = solve(normal, right).T
-    mapping[2] = np.array([px, py, 1.0])
+    mapping[0, 0], mapping[0, 1], mapping[0, 2] = times(uu, uv, u1, vv, v1, ones, ux, vx, x1)
+    mapping[1, 0], mapping[1, 1], mapping[1, 2] = times(uu, uv, u1, vv, v1, ones, uy, vy, y1)
+    mapping[2, 0], mapping[2, 1], mapping[2, 2] = px, py, 1.0
     squares = 0.0
     for c in range(len(corners)):
         if corners[c] >= 0:
@@ -243,3 +243,49 @@ def fit_affine(sought: Sought, corners: np.ndarray, px: float, py: float) -> tup
                 at = (mapping[axis, 0] * unit[c, 0] + mapping[axis, 1] * unit[c, 1] + mapping[axis, 2]) / w
                 squares += (points[corners[c], axis] - at) ** 2
     return squares, mapping
+
+
+@compiled
+def inverse_of(
+    xx: float, xy: float, xz: float, yy: float, yz: float, zz: float
+) -> tuple[float, float, float, float, float, float]:
+    """Inverse of a symmetric matrix (3, 3), by the upper halves of both."""
+    a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    by = 1 / max(xx * a + xy * b + xz * c, 1e-300)
+    return by * a, by * b, by * c, by * (xx * zz - xz * xz), by * (xy * xz - xx * yz), by * (xx * yy - xy * xy)
+
+
+@compiled
+def times(
+    xx: float, xy: float, xz: float, yy: float, yz: float, zz: float, x: float, y: float, z: float
+) -> tuple[float, float, float]:
+    """A symmetric matrix (3, 3), by its upper half, times a vector."""
+    return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
+
+
+@compiled
+def off_corners(sought: Sought, corners: np.ndarray, mapping: np.ndarray) -> tuple[float, float, int]:
+    """Sum of squares of how far points are off their corners, the largest of the squares, and whose it is."""
+    points, unit, total, worst, whose = sought.points, sought.unit, 0.0, -1.0, -1
+    for c in range(len(corners)):
+        if corners[c] >= 0:
+            w = mapping[2, 0] * unit[c, 0] + mapping[2, 1] * unit[c, 1] + mapping[2, 2]
+            x = (mapping[0, 0] * unit[c, 0] + mapping[0, 1] * unit[c, 1] + mapping[0, 2]) / w
+            y = (mapping[1, 0] * unit[c, 0] + mapping[1, 1] * unit[c, 1] + mapping[1, 2]) / w
+            square = (points[corners[c], 0] - x) ** 2 + (points[corners[c], 1] - y) ** 2
+            total += square
+            if square > worst:
+                worst, whose = square, c
+    return total, worst, whose
+
+
+@compiled
+def stretch(mapping: np.ndarray) -> tuple[float, float]:
+    """Singular values, larger first, of how the mapping stretches around the circle's middle."""
+    a = mapping[0, 0] - mapping[0, 2] * mapping[2, 0]
+    b = mapping[0, 1] - mapping[0, 2] * mapping[2, 1]
+    c = mapping[1, 0] - mapping[1, 2] * mapping[2, 0]
+    d = mapping[1, 1] - mapping[1, 2] * mapping[2, 1]
+    mean, apart = (a * a + b * b + c * c + d * d) / 2, abs(a * d - b * c)
+    major = np.sqrt(mean + np.sqrt(max(mean * mean - apart * apart, 0.0)))
+    return major, apart / max(major, 1e-9)

@@ -8,14 +8,14 @@ import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.lights.chance import ACCEPTED, LEAST_CROWD, LEAST_PX, MOST_LIGHTS, NUMBERS, Candidate, Scene, accepted
+from dockpose.lights.chance import ACCEPTED, FIRST_POINTS, LEAST_CROWD, LEAST_PX, MOST_LIGHTS, NUMBERS, Scene
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.exact import Kind, candidates_from, exact_rings, is_even, places_of
 from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX, distances
 from dockpose.lights.handmade import handmade_rings
 from dockpose.lights.lattice import goes_on, repeating
 from dockpose.lights.markers import Markers
-from dockpose.lights.polygon import FIRST_POINTS, MAX_POINTS, Polygon, without_worst
+from dockpose.lights.polygon import MAX_POINTS, Candidate, Polygon, accepted, without_worst
 from dockpose.lights.whole import TOLERANCE_OF_AXIS, ellipse_through, log_chance_of_all, spaced_as
 
 # A large light's centre may lie this share of its diameter off the ellipse, see also TOLERANCE_OF_AXIS.
@@ -154,10 +154,10 @@ def _without_outliers(best: Candidate, dock: Dock, scene: Scene) -> Candidate:
     """The ring without points that make it likelier to be chance, as where a bubble runs together with a light."""
     unit, polygon = places_of(best.sides, dock), best.polygon
     # Whatever is left out, a row of lights becomes several, and less like lamps on a cable.
-    exact = accepted(polygon, best.sides, scene, may_hang=False) or best
+    exact = accepted(polygon, scene, may_hang=False) or best
     while len(polygon.members) > LEAST_CROWD:
         polygon = without_worst(polygon, scene.points_px, unit)
-        other = accepted(polygon, best.sides, scene, may_hang=False)
+        other = accepted(polygon, scene, may_hang=False)
         if other is not None and other.log_chance < exact.log_chance:
             exact = other
     return exact

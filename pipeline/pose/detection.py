@@ -10,10 +10,13 @@ from dockpose.dock import Dock
 from dockpose.lights.chance import (
     ACCEPTED,
     ACCEPTED_AMONG_OTHERS,
+    ALIKE,
     MOST_LIGHTS,
+    NO_CABLES,
     cables_of,
-    log_chance_rings,
-    neighbours,
+    log_background,
+    log_tube,
+    near_of,
     squares_apart_px2,
 )
 from dockpose.lights.conics import log_chance_of_spacing
@@ -53,31 +56,25 @@ def log_chance_of_ring(
         return log_chance_of_all(ellipse, count, count / area_px2)  # lights anywhere on an ellipse
     tests = math.log(MOST_LIGHTS) if dock.lights is None else 0.0
     members, brightness = np.flatnonzero(ring.on_ring), markers.areas_px * markers.peaks.astype(float)
-    near = neighbours(markers.points_px, brightness, members, ellipse.centre_px, ellipse.semi_axes_px[0])
-    rms_px = choice.candidates[0].rms_px or 0.0
-    return tests + log_chance_rings(
-        count,
-        sides,
-        even=not (dock.angles_deg or dock.offsets_m),
-        squares_px2=count * rms_px**2,
-        apart_px2=_squares_of_px2(ring, markers, ellipse, choice, camera, dock),
-        semi_axes_px=ellipse.semi_axes_px,
-        near=near,
-        area_px2=area_px2,
-        cables=() if choice.lights is None else cables_of(np.bincount(choice.lights, minlength=sides) > 0),
-    )
+    near = near_of(markers.points_px, brightness, members, ellipse.centre_px, ellipse.semi_axes_px[0])
+    squares_px2 = count * (choice.candidates[0].rms_px or 0.0) ** 2
+    apart_px2 = _squares_of_px2(ring, markers, ellipse, choice, camera, dock)
+    cables = NO_CABLES if choice.lights is None else cables_of(np.bincount(choice.lights, minlength=sides) > 0)
+    tube = log_tube(count, sides, not (dock.angles_deg or dock.offsets_m), squares_px2, apart_px2)
+    return tests + tube + log_background(count, sides, ellipse.semi_axes_px, area_px2, near, cables)
 
 
 def _squares_of_px2(
     ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, camera: Camera, dock: Dock
-) -> tuple[float, float] | None:
-    """Sums of the squares of how far lights are off their places along the rim and across it, if these are even."""
+) -> tuple[float, float]:
+    """Sums of squares of how far lights are off their places along the rim and across it; below 0 of uneven places."""
     if choice.lights is None or dock.offsets_m:
-        return None
+        return ALIKE
     flat = on_plane(markers, choice.candidates[0], camera, dock)[ring.on_ring] / dock.radius
     lights = choice.lights
     angles_rad = dock.light_angles_rad()[lights] if dock.lights else 2 * math.pi * lights / len(lights)
-    return squares_apart_px2(flat, angles_rad, ellipse.semi_axes_px)
+    polar = np.column_stack([np.hypot(*flat.T) - 1, np.arctan2(flat[:, 1], flat[:, 0])])
+    return squares_apart_px2(polar, angles_rad, ellipse.semi_axes_px)
 
 
 def why_no_dock(

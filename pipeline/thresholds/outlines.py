@@ -93,14 +93,17 @@ def _middles(shape: tuple[int, int], edges: np.ndarray, radius_px: float) -> np.
     """Middles (N, 2) of discs of which enough of the outline is seen, the clearest first."""
     spread_px, margin = max(_BLUR_PX, _SPREAD * radius_px), math.ceil(_VOTES[-1] * radius_px) + 1
     # All middles are in that part of the picture in which there are edges.
-    left, top = np.maximum(edges[:, :2].min(axis=0).astype(int) - margin, 0)
-    right, bottom = np.minimum(edges[:, :2].max(axis=0).astype(int) + margin + 1, shape[::-1])
+    (left, right), (top, bottom) = (
+        (max(int(each.min()) - margin, 0), min(int(each.max()) + margin + 1, most))
+        for each, most in zip(edges.T[:2], shape[::-1], strict=True)
+    )
     votes = np.zeros((bottom - top, right - left), np.float32)
-    _vote(votes, edges - np.array([left, top, 0, 0], np.float32), radius_px * _VOTES)
+    _vote(votes, edges, left, top, radius_px * _VOTES)
     # A whole outline's votes, spread by the blur and by their own distances, make this height.
     off_px = radius_px * (_VOTES - 1)
     whole = radius_px / spread_px**2 * float(np.exp(-(off_px**2) / 2 / spread_px**2).mean())
-    share = cv2.GaussianBlur(votes, (0, 0), spread_px) / whole
+    share = cv2.GaussianBlur(votes, (0, 0), spread_px)
+    share /= np.float32(whole)
     reach = math.ceil(_APART * radius_px)
     near = np.argwhere(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))) - reach
     clear = np.flatnonzero(share > _LEAST_SHARE)
@@ -118,21 +121,22 @@ def _top(values: np.ndarray, rows: np.ndarray, columns: np.ndarray, down: int, r
 
 
 @compiled
-def _vote(votes: np.ndarray, edges: np.ndarray, distances_px: np.ndarray) -> None:
+def _vote(votes: np.ndarray, edges: np.ndarray, left: int, top: int, distances_px: np.ndarray) -> None:
     """Add one vote of each edge (n, 4), shared by its distances, to the pixels around where these lead."""
     height, width = votes.shape
+    each = 1 / len(distances_px)
     for number in range(len(edges)):
         for distance in distances_px:
-            x = edges[number, 0] + distance * edges[number, 2]
-            y = edges[number, 1] + distance * edges[number, 3]
+            x = edges[number, 0] - left + distance * edges[number, 2]
+            y = edges[number, 1] - top + distance * edges[number, 3]
             column, row = math.floor(x), math.floor(y)
             if not (0 <= column < width - 1 and 0 <= row < height - 1):
                 continue
-            right, below = x - column, y - row
-            votes[row, column] += (1 - right) * (1 - below) / len(distances_px)
-            votes[row, column + 1] += right * (1 - below) / len(distances_px)
-            votes[row + 1, column] += (1 - right) * below / len(distances_px)
-            votes[row + 1, column + 1] += right * below / len(distances_px)
+            right, below = each * (x - column), y - row
+            votes[row, column] += (1 - below) * (each - right)
+            votes[row, column + 1] += (1 - below) * right
+            votes[row + 1, column] += below * (each - right)
+            votes[row + 1, column + 1] += below * right
 
 
 def _groups(histogram: Histogram, middles_px: np.ndarray, radius_px: float, min_area_px: int) -> Threshold | None:
@@ -144,7 +148,9 @@ def _groups(histogram: Histogram, middles_px: np.ndarray, radius_px: float, min_
     columns, rows = (np.round(middles_px).astype(int)[:, None] + off).reshape(-1, 2).T
     light = np.repeat(np.arange(len(middles_px)), len(off))
     inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
-    listed = pixels_of(histogram, (rows * width + columns)[inside], light[inside], min_area_px)
+    # A pixel that two discs share belongs to the clearer, which comes first.
+    index, first = np.unique((rows * width + columns)[inside], return_index=True)
+    listed = pixels_of(histogram, index, light[inside][first], min_area_px)
     if listed is None:
         return None
     groups, numbers = listed

@@ -70,12 +70,10 @@ def _groups(
     histogram: Histogram, response: np.ndarray, places: np.ndarray, sigma_px: float, shrink: int, min_area_px: int
 ) -> Threshold | None:
     """Threshold by peaks (N, 2) of one scale's response (h, w) and the pixels around each; None of none."""
-    height, width = histogram.levels.shape
-    found = [_around(response, row, column, math.ceil(_REACH * sigma_px)) for row, column in places.tolist()]
-    light = np.repeat(np.arange(len(found)), [shrink**2 * len(one) for one in found])
-    rows, columns = _enlarged(np.concatenate(found), shrink).T
-    inside = (rows < height) & (columns < width)
-    listed = pixels_of(histogram, (rows * width + columns)[inside], light[inside], min_area_px)
+    owner = np.full(response.shape, -1, np.int32)
+    areas = _own(response, places, math.ceil(_REACH * sigma_px), owner)
+    index, light = _enlarged(owner, areas, histogram.levels.shape, shrink)
+    listed = pixels_of(histogram, index, light, min_area_px)
     if listed is None:
         return None
     groups, numbers = listed
@@ -86,31 +84,59 @@ def _groups(
 def pixels_of(
     histogram: Histogram, index: np.ndarray, light: np.ndarray, min_area_px: int
 ) -> tuple[PixelGroups, np.ndarray] | None:
-    """Groups of pixels (n,) by the light (n,) of each, the clearest first, and which these are; None of none."""
-    # A pixel that two lights reach belongs to the clearer, which comes first.
-    index, first = np.unique(index, return_index=True)
-    light = light[first]
-    kept = np.bincount(light)[light] >= min_area_px
+    """Groups of pixels (n,), row by row, by the light (n,) of each, and which of these are large enough."""
+    kept = np.bincount(light)[light] >= min_area_px if len(light) else np.zeros(0, dtype=bool)
     if histogram.counted is not None:
         kept &= histogram.counted.ravel()[index] > 0
     if not kept.any():
         return None
-    numbers, group_of = np.unique(light[kept], return_inverse=True)
-    return PixelGroups(pixels_at(histogram.levels, index[kept]), group_of, len(numbers)), numbers
+    is_seen = np.bincount(light[kept]) > 0
+    group_of = (np.cumsum(is_seen) - 1)[light[kept]]
+    return PixelGroups(pixels_at(histogram.levels, index[kept]), group_of, int(is_seen.sum())), np.flatnonzero(is_seen)
 
 
-def _around(response: np.ndarray, row: int, column: int, reach: int) -> np.ndarray:
-    """Rows and columns (n, 2) of the pixels around a peak that are joined to it above half its height."""
-    top, left = max(0, row - reach), max(0, column - reach)
-    window = response[top : row + reach + 1, left : column + reach + 1]
-    _, labels = cv2.connectedComponents((window >= _HALF * response[row, column]).astype(np.uint8), connectivity=8)
-    return np.argwhere(labels == labels[row - top, column - left]) + [top, left]
+@compiled
+def _own(response: np.ndarray, places: np.ndarray, reach: int, owner: np.ndarray) -> int:
+    """Give pixels of a response (h, w) that are joined to a peak, of (N, 2), above half its height; how many are.
+
+    A pixel that two lights reach belongs to the clearer, which comes first.
+    """
+    height, width = response.shape
+    side = 2 * reach + 1
+    waiting, total = np.empty((side * side, 2), np.int64), 0
+    for light in range(len(places)):
+        row, column = places[light]
+        least = _HALF * response[row, column]
+        is_seen = np.zeros((side, side), np.bool_)
+        waiting[0], left, is_seen[reach, reach] = places[light], 1, True
+        while left:
+            left -= 1
+            y, x = waiting[left]
+            if owner[y, x] < 0:
+                owner[y, x] = light
+                total += 1
+            for down in range(max(0, row - reach, y - 1), min(height, row + reach + 1, y + 2)):
+                for right in range(max(0, column - reach, x - 1), min(width, column + reach + 1, x + 2)):
+                    seen = down - row + reach, right - column + reach
+                    if response[down, right] >= least and not is_seen[seen]:
+                        is_seen[seen] = True
+                        waiting[left, 0], waiting[left, 1] = down, right
+                        left += 1
+    return total
 
 
-def _enlarged(places: np.ndarray, shrink: int) -> np.ndarray:
-    """Rows and columns (n * shrink**2, 2) of all pixels that those (n, 2) of a smaller picture stand for."""
-    off = np.argwhere(np.ones((shrink, shrink)))
-    return (places[:, None] * shrink + off).reshape(-1, 2)
+@compiled
+def _enlarged(owner: np.ndarray, count: int, shape: tuple[int, int], shrink: int) -> tuple[np.ndarray, np.ndarray]:
+    """The pixels (n,) of a picture, and their lights (n,), which so many of a smaller one (h, w) stand for."""
+    index, light, found = np.empty(count * shrink**2, np.int64), np.empty(count * shrink**2, np.int64), 0
+    for row in range(len(owner)):
+        columns = np.flatnonzero(owner[row] >= 0)
+        for y in range(row * shrink, min((row + 1) * shrink, shape[0]) if len(columns) else 0):
+            for column in columns:
+                for x in range(column * shrink, min((column + 1) * shrink, shape[1])):
+                    index[found], light[found] = y * shape[1] + x, owner[row, column]
+                    found += 1
+    return index[:found], light[:found]
 
 
 def _peaks(blurred: np.ndarray, response: np.ndarray, sigma_px: float, shrink: int, faint: bool) -> np.ndarray:
@@ -148,8 +174,10 @@ def _are_tops(index: np.ndarray, blurred: np.ndarray, response: np.ndarray, near
     for number in range(len(index)):
         row, column = index[number] // width, index[number] % width
         if _is_highest(response, row, column, near):
-            for down, right in near:
-                are_tops[number] |= _is_highest(blurred, row + down, column + right, square)
+            for k in range(len(near)):
+                if _is_highest(blurred, row + near[k, 0], column + near[k, 1], square):
+                    are_tops[number] = True
+                    break
     return are_tops
 
 
@@ -171,8 +199,8 @@ def _is_highest(values: np.ndarray, row: int, column: int, near: np.ndarray) -> 
     height, width = values.shape
     if not (0 <= row < height and 0 <= column < width):
         return False
-    for down, right in near:
-        y, x = row + down, column + right
+    for k in range(len(near)):
+        y, x = row + near[k, 0], column + near[k, 1]
         if 0 <= y < height and 0 <= x < width and values[y, x] > values[row, column]:
             return False
     return True

@@ -5,7 +5,7 @@ from dockpose import Dock
 from dockpose.lights.lattice import goes_on, repeating
 from dockpose.lights.polygon import find_polygons
 
-from tests.pipeline.lights.test_ring import CAMERA, FOCAL_PX, lights, ring_of, text
+from tests.pipeline.lights.test_ring import CAMERA, lights, ring_of, scene_of, text
 
 MIDDLE = np.array([CAMERA.cx, CAMERA.cy])
 
@@ -90,7 +90,7 @@ def test_rings_among_strays_do_not_go_on_beyond_themselves(count):
         rng = np.random.default_rng([8, seed])
         ours = lights(count, z_m=rng.uniform(0.6, 1.5), angles=rng.uniform(-0.5, 0.5, 2))
         points = np.vstack([ours, rng.uniform(0, [640, 480], (30, 2))]) - MIDDLE
-        polygons = find_polygons(ours - MIDDLE, [unit], True, FOCAL_PX)
+        polygons = [ring.polygon for ring in find_polygons(scene_of(ours - MIDDLE), [unit])]
         whole = max(polygons, key=lambda polygon: len(polygon.members))
         assert len(whole.members) == count
         assert not goes_on(whole, unit, points, 1.5)

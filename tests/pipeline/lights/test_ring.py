@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
-from dockpose.lights.chance import NONE_NEAR, log_chance_rings
+from dockpose.lights.chance import NO_CABLES, NONE_NEAR, Scene, log_background
 from dockpose.lights.markers import Markers
 from dockpose.lights.polygon import find_polygons
 from dockpose.lights.ring import find_ring
@@ -29,6 +29,11 @@ def as_markers(points, areas=None, peaks=None):
 
 def ring_of(points, count: int | None = 10, **shapes):
     return find_ring(points, as_markers(points, **shapes), CAMERA, Dock(0.30, count), AREA_PX2)
+
+
+def scene_of(points_px, focal_px=FOCAL_PX):
+    """Points (N, 2) from the principal point, all as bright, of evenly spaced lights whose number is known."""
+    return Scene(points_px, np.ones(len(points_px)), AREA_PX2, focal_px, True, 1)
 
 
 def text(left=400.0, top=30.0, letters=19):
@@ -160,10 +165,8 @@ def test_any_five_of_ten_lights_are_found_beside_strays():
 def test_lights_seen_nearly_square_on_lie_where_the_nearest_pose_has_them():
     # Five lights good to 0.1 px; a pose that follows from how they are stretched alone stays off by two pixels.
     ours = half_a_ring(6)[:5]
-    best = max(
-        find_polygons(ours - [CAMERA.cx, CAMERA.cy], [Dock(2.0, 10).light_points()[:, :2]], True, FOCAL_PX),
-        key=lambda polygon: (len(polygon.members), -polygon.squares_px2),
-    )
+    rings = find_polygons(scene_of(ours - [CAMERA.cx, CAMERA.cy]), [Dock(2.0, 10).light_points()[:, :2]])
+    best = max((one.polygon for one in rings), key=lambda polygon: (len(polygon.members), -polygon.squares_px2))
     assert len(best.members) == 5
     assert best.squares_px2 < 5 * 0.2**2
 
@@ -223,12 +226,11 @@ def test_a_polygon_seen_from_impossibly_near_is_refused():
     places = Dock(2.0, 10).light_points()
     ring = 0.15 * places @ rotation_from_angles(0.7, 0.3).T
     seen = 250 * ring[:, :2] / (0.7 + ring[:, 2:])
-    (best, *_) = find_polygons(seen, [places[:, :2]], True, 250.0)
+    (best, *_) = find_polygons(scene_of(seen, 250.0), [places[:, :2]])
     assert len(best.members) == 10
-    assert best.squares_px2 < 0.01
-    assert all(
-        len(other.members) < 10 or other.squares_px2 > 1 for other in find_polygons(seen, [places[:, :2]], True, 2500.0)
-    )
+    assert best.polygon.squares_px2 < 0.01
+    others = find_polygons(scene_of(seen, 2500.0), [places[:, :2]])
+    assert all(len(other.members) < 10 or other.polygon.squares_px2 > 1 for other in others)
 
 
 def close(seed: int, count: int, strays: int, missing: int = 0, tilt_deg: tuple[float, float] = (35, 55)):
@@ -320,15 +322,7 @@ def test_noise_drops_no_light():
 @pytest.mark.parametrize("count", [4, 5, 12])
 def test_points_in_a_line_are_no_ring(count):
     # A ring whose picture is a line could be any row of points, however near they are to it.
-    chance = log_chance_rings(
-        count,
-        19,
-        even=True,
-        squares_px2=0.0,
-        semi_axes_px=(168.0, 0.0),
-        near=(NONE_NEAR, NONE_NEAR),
-        area_px2=6912.0,
-    )
+    chance = log_background(count, 19, (168.0, 0.0), 6912.0, NONE_NEAR, NO_CABLES)
     assert chance == math.inf
 
 

@@ -158,8 +158,8 @@ def _grow(
         for c in range(sides):
             known += corners[c] >= 0
             within = min(_STRICT_TOLERANCE * spacing[c], exact) if strict else _GROWING_TOLERANCE * spacing[c]
-            next_one, next_two = corners[(c + 1) % sides], corners[(c + 2) % sides]
-            beside = max(corners[c - 2], corners[c - 1], corners[c], next_one, next_two) >= 0
+            # Counted from the end, no corner needs a division.
+            beside = max(corners[c - 2], corners[c - 1], corners[c], corners[c + 1 - sides], corners[c + 2 - sides]) >= 0
             if off[c] < within and (strict > 0 or beside):
                 grown[c] = nearest[c]
                 members += 1
@@ -203,11 +203,10 @@ def _look(
         places[c, 1] = (mapping[1, 0] * unit[c, 0] + mapping[1, 1] * unit[c, 1] + mapping[1, 2]) / w
     for c in range(sides):
         # Views of rows would be counted as references, which takes longer than all the rest.
-        last, further = (c - 1) % sides, (c + 1) % sides
-        spacing[c] = min(
-            np.hypot(places[c, 0] - places[last, 0], places[c, 1] - places[last, 1]),
-            np.hypot(places[c, 0] - places[further, 0], places[c, 1] - places[further, 1]),
-        )
+        last, further = c - 1 if c else sides - 1, c + 1 if c < sides - 1 else 0
+        before = (places[c, 0] - places[last, 0]) ** 2 + (places[c, 1] - places[last, 1]) ** 2
+        after = (places[c, 0] - places[further, 0]) ** 2 + (places[c, 1] - places[further, 1]) ** 2
+        spacing[c] = np.sqrt(min(before, after))
         # Only what is so near can become this corner: the points are looked through from left to right.
         reach, number = _GROWING_TOLERANCE * spacing[c], -1
         best = reach * reach

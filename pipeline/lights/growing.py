@@ -1,7 +1,9 @@
 """From three corners of a dock's polygon of lights to the whole: fit, look for the next corners, and fit again."""
 
+from typing import NamedTuple
+
 import numpy as np
-from dockpose.compiled import compiled, compiled_within
+from dockpose.compiled import compiled, compiled_bare
 from dockpose.lights.chance import LEAST_CROWD, Fit, Scene, log_chance_of, may_be_ring
 from dockpose.lights.reprojection import Sought, as_pose, fit_affine, inverse_of, near_pose, off_corners, stretch, times
 
@@ -22,6 +24,30 @@ def distances(points_px: np.ndarray, others_px: np.ndarray) -> np.ndarray:
     return np.hypot(*(points_px[:, None] - others_px).transpose(2, 0, 1))
 
 
+class _Growth(NamedTuple):
+    """What growing writes to, made once for all triples."""
+
+    corners: np.ndarray  # (N,): of the polygon that has grown
+    mapping: np.ndarray  # (3, 3): of it
+    start: np.ndarray  # (N,): the three corners it is grown from
+    guesses: np.ndarray  # (3, 2): perspectives to grow it with
+    places: np.ndarray  # (N, 2): where the mapping puts the corners
+    spacing: np.ndarray  # (N,): how far apart
+    off: np.ndarray  # (N,): how far the nearest point is from each, inf where none is near
+    nearest: np.ndarray  # (N,): which that is
+    right: np.ndarray  # (3, 6): of the normal equations
+    affine: np.ndarray  # (3, 6): what solves them
+
+
+@compiled
+def _growth(sides: int) -> _Growth:
+    """What a polygon of so many corners is grown in."""
+    corners, start, nearest = np.empty(sides, np.int64), np.empty(sides, np.int64), np.empty(sides, np.int64)
+    mapping, guesses, places = np.empty((3, 3)), np.empty((3, 2)), np.empty((sides, 2))
+    spacing, off, right, affine = np.empty(sides), np.empty(sides), np.empty((3, 6)), np.empty((3, 6))
+    return _Growth(corners, mapping, start, guesses, places, spacing, off, nearest, right, affine)
+
+
 @compiled
 def grow_all(
     sought: Sought, triples: np.ndarray, scene: Scene
@@ -30,30 +56,32 @@ def grow_all(
     sides, most = len(sought.unit), len(triples)
     known, seen = np.full((most, sides), -1), 0
     corners, squares, mappings, chances = known.copy(), np.empty(most), np.empty((most, 3, 3)), np.empty(most)
-    found = 0
+    found, grown = 0, _growth(sides)
     order = np.argsort(sought.points[:, 0])
     across = sought.points[order, 0]
     for t in range(len(triples)):
-        start = np.full(sides, -1)
+        grown.start[:] = -1
         for k in range(3):
-            start[triples[t, 3 + k]] = triples[t, k]
-        if _is_known(known[:seen], start):
+            grown.start[triples[t, 3 + k]] = triples[t, k]
+        if _is_known(known, seen, grown.start):
             continue
         members, best = 0, np.inf
-        for guess in _perspectives(sought, start):
-            grown, square, mapping = _grow(sought, order, across, start, guess)
-            count = np.count_nonzero(grown >= 0)
-            if square < 0 or count <= members or _is_known(known[:seen], grown):
+        for guess in range(_perspectives(sought, grown)):
+            square, count = _grow(sought, order, across, guess, grown)
+            if square < 0 or count <= members or _is_known(known, seen, grown.corners):
                 continue
-            is_promising = _may_be_ring(sought, grown, mapping, scene)
+            mapping = grown.mapping
+            is_promising = _may_be_ring(sought, grown.corners, mapping, scene)
             if is_promising:
-                square, mapping = as_pose(sought, grown, mapping)
+                square, mapping = as_pose(sought, grown.corners, mapping)
             exact = max(sought.tolerance_px, TOLERANCE_OF_RADIUS * stretch(mapping)[1])
             if square > count * exact**2:
                 continue
-            members, best, known[seen] = count, np.inf, grown
+            members, best, known[seen] = count, np.inf, grown.corners
             if is_promising:
-                best, corners[found], squares[found], mappings[found] = _judged(sought, grown, square, mapping, scene)
+                best, corners[found], squares[found], mappings[found] = _judged(
+                    sought, grown.corners, square, mapping, scene
+                )
         seen += members > 0
         if best < np.inf:
             chances[found] = best
@@ -92,27 +120,28 @@ def fit_of(corners: np.ndarray, squares: float, mapping: np.ndarray) -> Fit:
     return Fit(corners, squares, (-1.0, -1.0), stretch(mapping), (mapping[0, 2], mapping[1, 2]))
 
 
-@compiled
-def _perspectives(sought: Sought, start: np.ndarray) -> np.ndarray:
-    """Perspectives (K, 2) to grow three corners with: none, and those of the two poses that have it in full."""
-    guesses = np.zeros((3, 2))
-    count = 1
-    _, affine = fit_affine(sought, start, 0.0, 0.0)
-    if stretch(affine)[0] / sought.focal_px < _GROWING_TOLERANCE / 2:
-        return guesses[:1]
+@compiled_bare
+def _perspectives(sought: Sought, grown: _Growth) -> int:
+    """Set the perspectives to grow three corners with: none, and those of the two poses that have it in full."""
+    guesses, count, mapping = grown.guesses, 1, grown.mapping
+    guesses[0, 0], guesses[0, 1] = 0.0, 0.0
+    fit_affine(sought, grown.start, 0.0, 0.0, mapping)
+    if stretch(mapping)[0] / sought.focal_px < _GROWING_TOLERANCE / 2:
+        return count
     for sign in (-1.0, 1.0):
-        _, mapping = near_pose(sought, start, affine, sign)
-        if np.hypot(mapping[2, 0], mapping[2, 1]) > _GROWING_TOLERANCE / 2:
-            guesses[count] = mapping[2, :2]
+        fit_affine(sought, grown.start, 0.0, 0.0, mapping)
+        near_pose(sought, grown.start, sign, mapping)
+        if mapping[2, 0] ** 2 + mapping[2, 1] ** 2 > (_GROWING_TOLERANCE / 2) ** 2:
+            guesses[count, 0], guesses[count, 1] = mapping[2, 0], mapping[2, 1]
             count += 1
-    return guesses[:count]
+    return count
 
 
-@compiled
-def _is_known(known: np.ndarray, corners: np.ndarray) -> bool:
-    """Whether the points of ``corners`` are part of a polygon (K, N) known before, in the same order around it."""
+@compiled_bare
+def _is_known(known: np.ndarray, seen: int, corners: np.ndarray) -> bool:
+    """Whether the points of ``corners`` are part of one of the first polygons (K, N), in the same order around it."""
     sides = len(corners)
-    for row in range(len(known)):
+    for row in range(seen):
         shift, same, mirrored = -1, True, True
         flip = -1
         for corner in range(sides):
@@ -134,45 +163,46 @@ def _is_known(known: np.ndarray, corners: np.ndarray) -> bool:
     return False
 
 
-@compiled
-def _grow(
-    sought: Sought, order: np.ndarray, across: np.ndarray, start: np.ndarray, guess: np.ndarray
-) -> tuple[np.ndarray, float, np.ndarray]:
-    """Grow a polygon from three corners and a guess at the perspective, from near corners to far ones."""
-    points, sides = sought.points, len(sought.unit)
-    corners = start.copy()
-    places, off, nearest, spacing = np.empty((sides, 2)), np.empty(sides), np.empty(sides, np.int64), np.empty(sides)
-    strict, is_new = 0, True
-    mapping, right, affine = np.eye(3), np.empty((3, 6)), np.empty((3, 6))
+@compiled_bare
+def _grow(sought: Sought, order: np.ndarray, across: np.ndarray, guess: int, grown: _Growth) -> tuple[float, int]:
+    """Grow a polygon from three corners and a guess at the perspective, from near corners to far ones.
+
+    The squares, below 0 where there is no polygon, and how many points it has.
+    """
+    points, corners, sides = sought.points, grown.corners, len(sought.unit)
+    places, spacing, off, nearest = grown.places, grown.spacing, grown.off, grown.nearest
+    for c in range(sides):
+        corners[c] = grown.start[c]
+    strict, is_new, members = 0, True, 3
     while True:
         if is_new:
-            ok, mapping = _fit(sought, corners, guess, right, affine)
-            if not ok:
-                return corners, -1.0, mapping
-            _look(sought, order, across, mapping, places, spacing, off, nearest)
+            if not _fit(sought, guess, grown):
+                return -1.0, members
+            _look(sought, order, across, grown)
         if strict == _STRICT_ROUNDS:
             break
-        exact = max(sought.tolerance_px, TOLERANCE_OF_RADIUS * stretch(mapping)[1])
-        known, members, is_new = 0, 0, False
-        grown = np.full(sides, -1)
+        exact = max(sought.tolerance_px, TOLERANCE_OF_RADIUS * stretch(grown.mapping)[1])
+        known, members, is_new = members, 0, False
+        # Corners change as they are looked at, and the first two are neighbours of the last.
+        first, second, before, one_before = corners[0], corners[1], corners[sides - 2], corners[sides - 1]
         for c in range(sides):
-            known += corners[c] >= 0
+            own = corners[c]
+            next_one = corners[c + 1] if c + 1 < sides else first
+            next_two = corners[c + 2] if c + 2 < sides else (first if c + 2 == sides else second)
             within = min(_STRICT_TOLERANCE * spacing[c], exact) if strict else _GROWING_TOLERANCE * spacing[c]
-            # Counted from the end, no corner needs a division.
-            beside = max(corners[c - 2], corners[c - 1], corners[c], corners[c + 1 - sides], corners[c + 2 - sides]) >= 0
-            if off[c] < within and (strict > 0 or beside):
-                grown[c] = nearest[c]
-                members += 1
-            is_new |= grown[c] != corners[c]
+            beside = max(before, one_before, own, next_one, next_two) >= 0
+            is_in = off[c] < within and (strict > 0 or beside)
+            corners[c] = nearest[c] if is_in else -1
+            members += is_in
+            is_new |= corners[c] != own
+            before, one_before = one_before, own
         if strict > 0 and not is_new:
             break
         if strict > 0 or members <= known:
             strict += 1
-        corners = grown
         if members < 3:
-            return corners, -1.0, mapping
-    squares = 0.0
-    members = 0
+            return -1.0, members
+    squares, members = 0.0, 0
     for c in range(sides):
         if corners[c] < 0:
             continue
@@ -180,29 +210,20 @@ def _grow(
         squares += (points[corners[c], 0] - places[c, 0]) ** 2 + (points[corners[c], 1] - places[c, 1]) ** 2
         for other in range(c):
             if corners[other] == corners[c]:
-                return corners, -1.0, mapping
-    return corners, (squares if members >= 4 else -1.0), mapping
+                return -1.0, members
+    return (squares if members >= 4 else -1.0), members
 
 
-@compiled_within
-def _look(
-    sought: Sought,
-    order: np.ndarray,
-    across: np.ndarray,
-    mapping: np.ndarray,
-    places: np.ndarray,
-    spacing: np.ndarray,
-    off: np.ndarray,
-    nearest: np.ndarray,
-) -> None:
-    """Set where a mapping puts the corners (N, 2), how far apart, and how far the nearest points are, and which."""
-    points, unit, sides = sought.points, sought.unit, len(sought.unit)
+@compiled_bare
+def _look(sought: Sought, order: np.ndarray, across: np.ndarray, grown: _Growth) -> None:
+    """Set where the mapping puts the corners, how far apart, how far the nearest points are, and which."""
+    points, unit, sides, mapping = sought.points, sought.unit, len(sought.unit), grown.mapping
+    places, spacing, off, nearest = grown.places, grown.spacing, grown.off, grown.nearest
     for c in range(sides):
         w = mapping[2, 0] * unit[c, 0] + mapping[2, 1] * unit[c, 1] + 1.0
         places[c, 0] = (mapping[0, 0] * unit[c, 0] + mapping[0, 1] * unit[c, 1] + mapping[0, 2]) / w
         places[c, 1] = (mapping[1, 0] * unit[c, 0] + mapping[1, 1] * unit[c, 1] + mapping[1, 2]) / w
     for c in range(sides):
-        # Views of rows would be counted as references, which takes longer than all the rest.
         last, further = c - 1 if c else sides - 1, c + 1 if c < sides - 1 else 0
         before = (places[c, 0] - places[last, 0]) ** 2 + (places[c, 1] - places[last, 1]) ** 2
         after = (places[c, 0] - places[further, 0]) ** 2 + (places[c, 1] - places[further, 1]) ** 2
@@ -219,12 +240,14 @@ def _look(
         off[c], nearest[c] = np.sqrt(best) if number >= 0 else np.inf, number
 
 
-@compiled_within
-def _fit(
-    sought: Sought, corners: np.ndarray, guess: np.ndarray, right: np.ndarray, affine: np.ndarray
-) -> tuple[bool, np.ndarray]:
-    """Homography (3, 3) of the unit circle's corners to the points, as near to a guess in perspective as they allow."""
-    points, unit = sought.points, sought.unit
+@compiled_bare
+def _fit(sought: Sought, guess: int, grown: _Growth) -> bool:
+    """Set the homography of the unit circle's corners to the points, as near to a guess in perspective as they allow.
+
+    Whether that may be a dock's.
+    """
+    points, unit, corners, mapping = sought.points, sought.unit, grown.corners, grown.mapping
+    right, affine = grown.right, grown.affine
     count, x0, y0 = 0, 0.0, 0.0
     for corner in corners:
         if corner >= 0:
@@ -239,7 +262,8 @@ def _fit(
     # Both rows of the affine part have the same normal equations, and are eliminated: what is left is the perspective.
     uu, uv, u1, vv, v1, ones = 1e-12, 0.0, 0.0, 1e-12, 0.0, 1e-12
     prior = _PERSPECTIVE_PRIOR**2
-    aa, ab, bb, pa, pb = prior + 1e-12, 0.0, prior + 1e-12, prior * guess[0], prior * guess[1]
+    pa, pb = prior * grown.guesses[guess, 0], prior * grown.guesses[guess, 1]
+    aa, ab, bb = prior + 1e-12, 0.0, prior + 1e-12
     right[:] = 0.0
     for c in range(len(corners)):
         if corners[c] < 0:
@@ -265,7 +289,6 @@ def _fit(
         bb -= right[i, 3] * affine[i, 3] + right[i, 5] * affine[i, 5]
     by = 1 / max(aa * bb - ab * ab, 1e-300)
     px, py = by * (bb * pa - ab * pb), by * (aa * pb - ab * pa)
-    mapping = np.empty((3, 3))
     mapping[2, 0], mapping[2, 1], mapping[2, 2] = px, py, 1.0
     for k in range(3):
         mapping[0, k] = size * (affine[k, 0] - affine[k, 2] * px - affine[k, 3] * py) + x0 * mapping[2, k]
@@ -274,9 +297,5 @@ def _fit(
     # The scale changes across a dock by its radius over its range, which is its radius in the picture over the focal
     # length, times the sine of its tilt; what the lights' own noise feigns comes on top.
     most = _PERSPECTIVE_MARGIN * major / sought.focal_px + _NOISE_PX / max(minor, 1e-9)
-    plausible = (
-        minor >= max(SMALLEST_RADIUS_PX / 3, NARROWEST * major)
-        and major >= SMALLEST_RADIUS_PX
-        and np.hypot(px, py) <= most
-    )
-    return plausible, mapping
+    is_wide = minor >= max(SMALLEST_RADIUS_PX / 3, NARROWEST * major) and major >= SMALLEST_RADIUS_PX
+    return is_wide and px * px + py * py <= most * most

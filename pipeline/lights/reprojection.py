@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from dockpose.compiled import compiled
+from dockpose.compiled import compiled, compiled_bare
 
 _ROUNDS = 4  # of a pose's perspective and the affine part for it, in turn
 _STEPS, _SETTLED_PX2, _DAMPING = 10, 1e-3, 1e-6  # of Gauss and Newton's method, at the most
@@ -73,7 +73,7 @@ def sum_products(
             products[one, other] = products[other, one]
 
 
-@compiled
+@compiled_bare
 def turn(R: np.ndarray, x: float, y: float, z: float) -> None:
     """Rotate in place by a small vector in radians, about the dock's axes: the Cayley transform, of third order."""
     x, y, z = x / 2, y / 2, z / 2
@@ -125,30 +125,31 @@ def as_pose(sought: Sought, corners: np.ndarray, mapping: np.ndarray) -> tuple[f
 @compiled
 def one_pose(sought: Sought, corners: np.ndarray, mapping: np.ndarray, sign: float) -> tuple[float, np.ndarray]:
     """Sum of squares and homography of the one or the other of these two poses."""
-    squares, trial = near_pose(sought, corners, mapping, sign)
+    trial = mapping.copy()
+    squares = near_pose(sought, corners, sign, trial)
     refined, pose = _refined(sought, corners, trial)
     # Few points can be nearer to an affine part of another pose than to any pose; that counts for nothing.
     return (refined, pose) if refined < np.inf else (squares, trial)
 
 
-@compiled
-def near_pose(sought: Sought, corners: np.ndarray, mapping: np.ndarray, sign: float) -> tuple[float, np.ndarray]:
-    """Sum of squares and homography near one of these poses: perspective and affine part for it, in turn."""
-    squares, trial, focal_px = np.inf, mapping, sought.focal_px
+@compiled_bare
+def near_pose(sought: Sought, corners: np.ndarray, sign: float, mapping: np.ndarray) -> float:
+    """Turn a homography to one near one of these poses, by perspective and affine part in turn; its sum of squares."""
+    squares, focal_px = np.inf, sought.focal_px
     for _ in range(_ROUNDS):
-        cx, cy = trial[0, 2] / focal_px, trial[1, 2] / focal_px
-        a = (trial[0, 0] - trial[0, 2] * trial[2, 0]) / focal_px
-        b = (trial[0, 1] - trial[0, 2] * trial[2, 1]) / focal_px
-        c = (trial[1, 0] - trial[1, 2] * trial[2, 0]) / focal_px
-        d = (trial[1, 1] - trial[1, 2] * trial[2, 1]) / focal_px
+        cx, cy = mapping[0, 2] / focal_px, mapping[1, 2] / focal_px
+        a = (mapping[0, 0] - mapping[0, 2] * mapping[2, 0]) / focal_px
+        b = (mapping[0, 1] - mapping[0, 2] * mapping[2, 1]) / focal_px
+        c = (mapping[1, 0] - mapping[1, 2] * mapping[2, 0]) / focal_px
+        d = (mapping[1, 1] - mapping[1, 2] * mapping[2, 1]) / focal_px
         k = 1 + cx * cx + cy * cy
         gx, gy = a * cx + c * cy, b * cx + d * cy
         hxx, hxy, hyy = a * a + c * c - gx * gx / k, a * b + c * d - gx * gy / k, b * b + d * d - gy * gy / k
         turn = np.arctan2(2 * hxy, hxx - hyy) / 2
-        long = np.sqrt(np.hypot(hxx - hyy, 2 * hxy) / k)
+        long = np.sqrt(np.sqrt((hxx - hyy) ** 2 + 4 * hxy**2) / k)
         px, py = -sign * long * np.sin(turn) - gx / k, sign * long * np.cos(turn) - gy / k
-        squares, trial = fit_affine(sought, corners, px, py)
-    return squares, trial
+        squares = fit_affine(sought, corners, px, py, mapping)
+    return squares
 
 
 @compiled
@@ -199,7 +200,7 @@ def _refined(sought: Sought, corners: np.ndarray, mapping: np.ndarray) -> tuple[
     return least, best
 
 
-@compiled
+@compiled_bare
 def _upright(R: np.ndarray) -> None:
     """Make the first two columns of a matrix perpendicular unit vectors, alike turned, and add the third; in place."""
     for _ in range(2):
@@ -217,9 +218,9 @@ def _upright(R: np.ndarray) -> None:
         R[row, 2] = R[one, 0] * R[two, 1] - R[two, 0] * R[one, 1]
 
 
-@compiled
-def fit_affine(sought: Sought, corners: np.ndarray, px: float, py: float) -> tuple[float, np.ndarray]:
-    """Sum of squares and homography (3, 3) of the best affine part for a given perspective."""
+@compiled_bare
+def fit_affine(sought: Sought, corners: np.ndarray, px: float, py: float, mapping: np.ndarray) -> float:
+    """Fill in the homography (3, 3) of the best affine part for a given perspective; its sum of squares."""
     points, unit = sought.points, sought.unit
     uu, uv, u1, vv, v1, ones = 1e-12, 0.0, 0.0, 1e-12, 0.0, 1e-12
     ux, vx, x1, uy, vy, y1 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -231,7 +232,6 @@ def fit_affine(sought: Sought, corners: np.ndarray, px: float, py: float) -> tup
             uu, uv, u1, vv, v1, ones = uu + u * u, uv + u * v, u1 + u * one, vv + v * v, v1 + v * one, ones + one * one
             ux, vx, x1, uy, vy, y1 = ux + u * x, vx + v * x, x1 + one * x, uy + u * y, vy + v * y, y1 + one * y
     uu, uv, u1, vv, v1, ones = inverse_of(uu, uv, u1, vv, v1, ones)
-    mapping = np.empty((3, 3))
     mapping[0, 0], mapping[0, 1], mapping[0, 2] = times(uu, uv, u1, vv, v1, ones, ux, vx, x1)
     mapping[1, 0], mapping[1, 1], mapping[1, 2] = times(uu, uv, u1, vv, v1, ones, uy, vy, y1)
     mapping[2, 0], mapping[2, 1], mapping[2, 2] = px, py, 1.0
@@ -242,10 +242,10 @@ def fit_affine(sought: Sought, corners: np.ndarray, px: float, py: float) -> tup
             for axis in range(2):
                 at = (mapping[axis, 0] * unit[c, 0] + mapping[axis, 1] * unit[c, 1] + mapping[axis, 2]) / w
                 squares += (points[corners[c], axis] - at) ** 2
-    return squares, mapping
+    return squares
 
 
-@compiled
+@compiled_bare
 def inverse_of(
     xx: float, xy: float, xz: float, yy: float, yz: float, zz: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -255,7 +255,7 @@ def inverse_of(
     return by * a, by * b, by * c, by * (xx * zz - xz * xz), by * (xy * xz - xx * yz), by * (xx * yy - xy * xy)
 
 
-@compiled
+@compiled_bare
 def times(
     xx: float, xy: float, xz: float, yy: float, yz: float, zz: float, x: float, y: float, z: float
 ) -> tuple[float, float, float]:
@@ -263,7 +263,7 @@ def times(
     return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
 
 
-@compiled
+@compiled_bare
 def off_corners(sought: Sought, corners: np.ndarray, mapping: np.ndarray) -> tuple[float, float, int]:
     """Sum of squares of how far points are off their corners, the largest of the squares, and whose it is."""
     points, unit, total, worst, whose = sought.points, sought.unit, 0.0, -1.0, -1
@@ -279,7 +279,7 @@ def off_corners(sought: Sought, corners: np.ndarray, mapping: np.ndarray) -> tup
     return total, worst, whose
 
 
-@compiled
+@compiled_bare
 def stretch(mapping: np.ndarray) -> tuple[float, float]:
     """Singular values, larger first, of how the mapping stretches around the circle's middle."""
     a = mapping[0, 0] - mapping[0, 2] * mapping[2, 0]

@@ -54,14 +54,14 @@ def compiled_sum(loop: Callable[..., Any]) -> Any:
     return compiled(loop, fastmath={"reassoc", "contract"})
 
 
-def compiled_bare(loop: Callable[..., Any]) -> Any:
+def compiled_bare(loop: Callable[..., Any], **more: Any) -> Any:
     """Compile a loop that makes no arrays, and so need not count who holds them, which takes longer than small steps."""
-    return compiled(loop, _nrt=False)
+    return compiled(loop, _nrt=False, **more)
 
 
 def compiled_least(loop: Callable[..., Any]) -> Any:
-    """Compile a search for a least number among finite ones, several at a time."""
-    return compiled(loop, fastmath={"nnan", "nsz", "reassoc", "contract"})
+    """Compile a search for a least number among finite ones, several at a time, that makes no arrays."""
+    return compiled_bare(loop, fastmath={"nnan", "nsz", "reassoc", "contract"})
 
 
 def compiled_within(loop: Callable[..., Any]) -> Any:

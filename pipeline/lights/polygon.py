@@ -116,7 +116,7 @@ def _of_alike(
             steps, beyond = (each[some] for each in steps_of(sides, is_few))
             if len(steps) and sides not in whole:
                 judges = judges_of(sought.unit, steps, beyond, 1 if scene.even else sides)
-                promising(sought, first, near, judges, scene.even, best, kept)
+                promising(sought, first, near, judges, scene.even, best, kept, np.empty((5, near.shape[1])))
         kept = kept[np.argsort(-best)[: np.count_nonzero(best >= 0)]]
         for sought in soughts:
             triples = np.ascontiguousarray(kept[kept[:, 6] == len(sought.unit), :6])

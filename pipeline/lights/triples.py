@@ -93,14 +93,17 @@ def promising(
     even: bool,
     best: np.ndarray,
     kept: np.ndarray,
+    beside: np.ndarray,
 ) -> None:
-    """Keep triples, (T, 7) of points, their corners and N, that predict most of the next corners, and most exactly."""
+    """Keep triples, (T, 7) of points, their corners and N, that predict most of the next corners, and most exactly.
+
+    They are the middles and two of those near each (M, K), whose places are written to ``beside`` (5, K).
+    """
     points, sides, count, focal_px = sought.points, len(sought.unit), near.shape[1], sought.focal_px
-    steps, weights, within = judges.steps, judges.weights, judges.within
+    steps, weights, within, corners = judges.steps, judges.weights, judges.within, judges.corners
     worst = np.argmin(best)
     least = best[worst]
-    x, y, long = np.empty(count), np.empty(count), np.empty(count)
-    others_x, others_y = np.empty(count), np.empty(count)
+    x, y, long, others_x, others_y = beside[0], beside[1], beside[2], beside[3], beside[4]
     for row in range(len(middles)):
         for k in range(count):
             x[k] = points[near[row, k], 0] - points[middles[row], 0]
@@ -125,7 +128,9 @@ def promising(
                     if score > least:
                         best[worst] = score
                         kept[worst, 0], kept[worst, 1], kept[worst, 2] = near[row, i], middles[row], near[row, j]
-                        kept[worst, 3:6], kept[worst, 6] = judges.corners[judge], sides
+                        for k in range(3):
+                            kept[worst, 3 + k] = corners[judge, k]
+                        kept[worst, 6] = sides
                         worst = np.argmin(best)
                         least = best[worst]
                 others_x[j] = x[j]

@@ -49,14 +49,14 @@ def compiled(loop: Callable[..., Any], **more: Any) -> Any:
         return _compiled_elsewhere(loop, _HOW | more)
 
 
-def compiled_sum(loop: Callable[..., Any]) -> Any:
-    """Compile a sum whose terms may be added in any order, several at a time, which rounds otherwise."""
-    return compiled(loop, fastmath={"reassoc", "contract"})
-
-
 def compiled_bare(loop: Callable[..., Any], **more: Any) -> Any:
     """Compile a loop that makes no arrays, and so need not count who holds them, which takes longer than small steps."""
     return compiled(loop, _nrt=False, **more)
+
+
+def compiled_sum(loop: Callable[..., Any]) -> Any:
+    """Compile a sum whose terms may be added in any order, several at a time, which rounds otherwise; without arrays."""
+    return compiled_bare(loop, fastmath={"reassoc", "contract"})
 
 
 def compiled_least(loop: Callable[..., Any]) -> Any:

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from dockpose.compiled import compiled, compiled_within
+from dockpose.compiled import compiled, compiled_bare, compiled_within
 
 _NEIGHBOURS = 2  # lights that may share a light's window
 # What rises across a window by more than a small share of the light's height may be the light itself, whose flank an
@@ -24,9 +24,14 @@ class _Plane(NamedTuple):
 
 @compiled
 def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, foot: float) -> np.ndarray:
-    """Grey-weighted centroids (N, 2) of lights near points (N, 2), above water and ``foot`` of their height."""
+    """Grey-weighted centroids (N, 2) of lights near points (N, 2), above water and ``foot`` of their height.
+
+    Each is weighed as far as its reach (N,); one of none stays where it is.
+    """
     centres = points.copy()
     for light in range(len(points)):
+        if reach[light] == 0:
+            continue
         column, row = int(np.rint(points[light, 0])), int(np.rint(points[light, 1]))
         far = reach[light]
         window = top, bottom, left, right = window_at(grey, row, column, far)
@@ -74,14 +79,14 @@ def _centroid(
     return sum_x / total, sum_y / total
 
 
-@compiled
+@compiled_bare
 def window_at(grey: np.ndarray, row: int, column: int, far: int) -> tuple[int, int, int, int]:
     """First and last row, first and last column of what of a picture is so near to a pixel."""
     height, width = grey.shape
     return max(0, row - far), min(height - 1, row + far), max(0, column - far), min(width - 1, column + far)
 
 
-@compiled
+@compiled_bare
 def brightest(grey: np.ndarray, window: tuple[int, int, int, int]) -> float:
     """Return the highest level within a window."""
     top, bottom, left, right = window
@@ -161,7 +166,7 @@ def _slopes(
     return slope_x, slope_y
 
 
-@compiled
+@compiled_bare
 def _going_on(slope: float, beyond: float) -> float:
     """The slope of the water beyond a window; 0 where that is no going on of the slope within."""
     return beyond if beyond * slope > 0 and abs(beyond) > _GOES_ON * abs(slope) else 0.0
@@ -181,7 +186,7 @@ def _rise(one: np.ndarray, other: np.ndarray) -> float:
     return beyond_noise(rise, variance)
 
 
-@compiled
+@compiled_bare
 def beyond_noise(value: float, variance: float) -> float:
     """Return a value as far as it is beyond its noise."""
     square = value * value
@@ -207,7 +212,7 @@ def nearest(points: np.ndarray, light: int, within: float) -> np.ndarray:
     return found
 
 
-@compiled
+@compiled_bare
 def is_nearest(points: np.ndarray, light: int, beside: np.ndarray, x: int, y: int) -> bool:
     """Whether a light is no farther from a pixel than those beside it."""
     least = (points[light, 0] - x) ** 2 + (points[light, 1] - y) ** 2

@@ -9,7 +9,7 @@ from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
-from dockpose.compiled import compiled
+from dockpose.compiled import compiled, compiled_bare
 from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, MOST_LIGHTS
 from dockpose.lights.cone import circles_behind
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
@@ -124,15 +124,35 @@ def _near_best(conics: np.ndarray, places: np.ndarray, tolerance: float) -> np.n
     return best
 
 
+@compiled
 def conics_through(places: np.ndarray) -> np.ndarray:
     """Conics (T, 6) through five homogeneous points each (T, 5, 3): of the pencil through four the one by the fifth."""
-    one, two, three, four, fifth = places.transpose(1, 0, 2)
-    sides = [np.cross(a, b) for a, b in ((one, two), (three, four), (one, three), (two, four))]
-    at_fifth = [(side * fifth).sum(axis=1)[:, None, None] for side in sides]
-    products = [a[:, :, None] * b[:, None] for a, b in (sides[:2], sides[2:])]
-    C = at_fifth[2] * at_fifth[3] * products[0] - at_fifth[0] * at_fifth[1] * products[1]
-    C += C.transpose(0, 2, 1)
-    return np.stack([C[:, 0, 0] / 2, C[:, 0, 1], C[:, 1, 1] / 2, C[:, 0, 2], C[:, 1, 2], C[:, 2, 2] / 2], axis=1)
+    conics = np.empty((len(places), 6))
+    for t in range(len(places)):
+        a, b, c, d = _line(places, t, 0, 1), _line(places, t, 2, 3), _line(places, t, 0, 2), _line(places, t, 1, 3)
+        # Each two lines are a conic through the four.
+        one = _off_fifth(places, t, c) * _off_fifth(places, t, d)
+        two = _off_fifth(places, t, a) * _off_fifth(places, t, b)
+        for k in range(3):
+            m = (k + 1) % 3
+            square, mixed = one * a[k] * b[k] - two * c[k] * d[k], one * (a[k] * b[m] + a[m] * b[k])
+            mixed -= two * (c[k] * d[m] + c[m] * d[k])
+            conics[t, (0, 2, 5)[k]], conics[t, (1, 4, 3)[k]] = square, mixed
+    return conics
+
+
+@compiled_bare
+def _line(places: np.ndarray, t: int, one: int, two: int) -> tuple[float, float, float]:
+    """The line through two points of one five: their cross product."""
+    x, y, w = places[t, one, 0], places[t, one, 1], places[t, one, 2]
+    u, v, z = places[t, two, 0], places[t, two, 1], places[t, two, 2]
+    return y * z - w * v, w * u - x * z, x * v - y * u
+
+
+@compiled_bare
+def _off_fifth(places: np.ndarray, t: int, line: tuple[float, float, float]) -> float:
+    """How far the fifth point of one five is off a line, in units of the line."""
+    return line[0] * places[t, 4, 0] + line[1] * places[t, 4, 1] + line[2] * places[t, 4, 2]
 
 
 class _Spacing(NamedTuple):

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from operator import attrgetter
 
 import numpy as np
-from dockpose.compiled import compiled
+from dockpose.compiled import compiled, compiled_bare
 from dockpose.lights.chance import LEAST_CROWD, Fit, Scene, log_chance_of, squares_apart_px2
 from dockpose.lights.conics import conics_through, fives_of
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError, fit_ellipse
@@ -114,7 +114,7 @@ def _best_of(
     return corners[order], mappings[order]
 
 
-@compiled
+@compiled_bare
 def _is_among(rows: np.ndarray, own: np.ndarray) -> bool:
     """Whether a row (N,) is one of rows (K, N)."""
     for k in range(len(rows)):
@@ -138,7 +138,7 @@ def _off_all(conics: np.ndarray, places: np.ndarray, least_radius: float) -> np.
     return logs
 
 
-@compiled
+@compiled_bare
 def _set_affine(conics: np.ndarray, t: int, least_radius: float, mapping: np.ndarray) -> bool:
     """Fill in the map (3, 3) of the unit circle to one of conics (T, 6), if that is an ellipse that a ring may have."""
     A, B, C, D, E, F = conics[t, 0], conics[t, 1], conics[t, 2], conics[t, 3], conics[t, 4], conics[t, 5]
@@ -162,27 +162,31 @@ def _set_affine(conics: np.ndarray, t: int, least_radius: float, mapping: np.nda
     return minor > NARROWEST * major and minor > least_radius
 
 
-@compiled
+@compiled_bare
+def _of_three(mapping: np.ndarray, one: int, two: int, to: tuple[float, float, float]) -> float:
+    """Determinant of two columns of a map (3, 3) and a third."""
+    across = mapping[1, one] * mapping[2, two] - mapping[2, one] * mapping[1, two]
+    down = mapping[2, one] * mapping[0, two] - mapping[0, one] * mapping[2, two]
+    return (
+        across * to[0] + down * to[1] + (mapping[0, one] * mapping[1, two] - mapping[1, one] * mapping[0, two]) * to[2]
+    )
+
+
+@compiled_bare
 def _flatten(mapping: np.ndarray, places: np.ndarray, flat: np.ndarray) -> float:
     """Fill in radius less 1 and angle (M, 2) of places (M, 2) in a circle's plane; how many are near it."""
-    inverse, near = np.empty((3, 3)), 1.0
-    # But for its size, which is divided out.
-    for row in range(3):
-        for column in range(3):
-            i, j = (column + 1) % 3, (column + 2) % 3
-            k, m = (row + 1) % 3, (row + 2) % 3
-            inverse[row, column] = mapping[i, k] * mapping[j, m] - mapping[i, m] * mapping[j, k]
+    near = 1.0
     for k in range(len(places)):
-        x = inverse[0, 0] * places[k, 0] + inverse[0, 1] * places[k, 1] + inverse[0, 2]
-        y = inverse[1, 0] * places[k, 0] + inverse[1, 1] * places[k, 1] + inverse[1, 2]
-        w = inverse[2, 0] * places[k, 0] + inverse[2, 1] * places[k, 1] + inverse[2, 2]
+        # The inverse is a matrix of cross products, but for its size, which is divided out.
+        to = places[k, 0], places[k, 1], 1.0
+        x, y, w = _of_three(mapping, 1, 2, to), _of_three(mapping, 2, 0, to), _of_three(mapping, 0, 1, to)
         x, y = x / w, y / w
         flat[k, 0], flat[k, 1] = np.hypot(x, y) - 1, np.arctan2(y, x)
         near += flat[k, 0] < 1
     return near
 
 
-@compiled
+@compiled_bare
 def _placed(flat: np.ndarray, near: float, sides: int, corners: np.ndarray, logs: np.ndarray) -> tuple[float, float]:
     """Fill in N and the likeliest point of each corner; log of how often chance lays them so near, and the roll."""
     corners[:] = -1

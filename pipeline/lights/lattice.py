@@ -4,6 +4,7 @@ import math
 
 import cv2
 import numpy as np
+from dockpose.compiled import compiled
 from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS
 from dockpose.lights.growing import TOLERANCE_PX
 from dockpose.lights.polygon import Polygon
@@ -21,12 +22,10 @@ def repeating(points_px: np.ndarray) -> np.ndarray:
     in_lattice = np.zeros(count, dtype=bool)
     if count <= _NEIGHBOURS:
         return in_lattice
-    from scipy.spatial import KDTree  # takes a third of a second to import, which few pictures need
-
-    tree = KDTree(points_px)
-    steps_px, near = (np.asarray(found)[:, 1:] for found in tree.query(points_px, k=_NEIGHBOURS + 1))
+    steps_px, near = (found[:, 1:] for found in nearest_of(points_px, points_px, _NEIGHBOURS + 1))
     away = points_px[near] - points_px[:, None]
-    off_px, opposite = (np.asarray(found) for found in tree.query(points_px[:, None] - away))
+    mirrored = (points_px[:, None] - away).reshape(-1, 2)
+    off_px, opposite = (found.reshape(count, -1) for found in nearest_of(mirrored, points_px, 1))
     is_pair = off_px < np.maximum(TOLERANCE_PX, _TOLERANCE * steps_px)
     # Two directions: the first pair's, and any that leads elsewhere.
     first = np.argmax(is_pair, axis=1)
@@ -41,6 +40,23 @@ def repeating(points_px: np.ndarray) -> np.ndarray:
     return in_lattice if in_lattice.sum() > count / 2 else np.zeros(count, dtype=bool)
 
 
+@compiled
+def nearest_of(points_px: np.ndarray, others_px: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
+    """How far (N, K) each of points (N, 2) is from the nearest of others (M, 2), and which those are."""
+    off, which = np.full((len(points_px), most), np.inf), np.full((len(points_px), most), -1)
+    for one in range(len(points_px)):
+        for other in range(len(others_px)):
+            square = (others_px[other, 0] - points_px[one, 0]) ** 2 + (others_px[other, 1] - points_px[one, 1]) ** 2
+            if square >= off[one, most - 1]:
+                continue
+            place = most - 1
+            while place > 0 and off[one, place - 1] > square:
+                off[one, place], which[one, place] = off[one, place - 1], which[one, place - 1]
+                place -= 1
+            off[one, place], which[one, place] = square, other
+    return np.sqrt(off), which
+
+
 def goes_on(polygon: Polygon, unit: np.ndarray, points_px: np.ndarray, tolerance_px: float) -> bool:
     """Whether a ring's points are part of a lattice: shifted by the steps between them they meet others (M, 2)."""
     on_ring = points_px[polygon.members]
@@ -53,21 +69,20 @@ def goes_on(polygon: Polygon, unit: np.ndarray, points_px: np.ndarray, tolerance
 
 def _meets(on_ring: np.ndarray, mapping: np.ndarray, others: np.ndarray, tolerance_px: float) -> bool:
     """Whether points of a ring, shifted in the plane of a mapping, meet others more often than by chance."""
-    from scipy.spatial import KDTree  # takes a third of a second to import, which few pictures need
-    from scipy.special import bdtrc
+    from scipy.special import bdtrc  # takes a third of a second to import, which few pictures need
 
     some = np.linspace(0, len(on_ring) - 1, min(len(on_ring), _MOST_SHIFTED)).round().astype(int)
     flat = cv2.perspectiveTransform(on_ring[None, some], np.linalg.inv(mapping))[0]
     shifted = (flat[:, None, None] + flat[None, :, None] - flat[None, None, :]).reshape(-1, 2)
     shifted = shifted[shifted @ mapping[2, :2] + mapping[2, 2] > 0.1]
     places = cv2.perspectiveTransform(shifted[None], mapping)[0]
-    places = places[KDTree(on_ring).query(places)[0] > 2 * tolerance_px]
+    places = places[nearest_of(places, on_ring, 1)[0][:, 0] > 2 * tolerance_px]
     middle = on_ring.mean(axis=0)
     reach = np.linalg.norm(places - middle, axis=1).max(initial=1.0)
     others = others[np.linalg.norm(others - middle, axis=1) < reach]
     if not len(others) or not len(places):
         return False
-    off_px = KDTree(places).query(others)[0]
+    off_px = nearest_of(others, places, 1)[0][:, 0]
     # Of a small ring only a few are near, which say more where they are as exact as its lights.
     within_px = np.array([tolerance_px, _CLOSE * tolerance_px])
     met = (off_px[:, None] < within_px).sum(axis=0)

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from dockpose.compiled import compiled, compiled_sum, compiled_within
+from dockpose.compiled import compiled, compiled_bare, compiled_sum, compiled_within
 from dockpose.lights.centroids import is_nearest, median_along_edge, nearest, window_at
 from dockpose.lights.reprojection import solve
 from dockpose.lights.vignetting import undo_slopes
@@ -118,7 +118,7 @@ def _pixels(grey: np.ndarray, points: np.ndarray, light: int, far: int, side: in
     return pixels[:count], water
 
 
-@compiled
+@compiled_bare
 def _mean(grey: np.ndarray, x: int, y: int, half: int) -> float:
     """Mean of the square that goes so many pixels to each side of one."""
     total = 0.0
@@ -197,7 +197,7 @@ def _first_shape(pixels: np.ndarray, white: float) -> np.ndarray:
     return shape
 
 
-@compiled
+@compiled_bare
 def _rows(
     pixels: np.ndarray, white: float, shape: np.ndarray, odd: np.ndarray, odd_rows: np.ndarray, even_rows: np.ndarray
 ) -> int:
@@ -234,20 +234,20 @@ def _products(rows: np.ndarray, used: int) -> np.ndarray:
     products = np.empty((7, 7))
     for one in range(7):
         for other in range(one + 1):
-            products[one, other] = products[other, one] = _dot(rows[one], rows[other], used)
+            products[one, other] = products[other, one] = _dot(rows, one, other, used)
     return products
 
 
 @compiled_sum
-def _dot(one: np.ndarray, other: np.ndarray, used: int) -> float:
-    """Sum of the products of two rows (K,), of their first so many pixels."""
+def _dot(rows: np.ndarray, one: int, other: int, used: int) -> float:
+    """Sum of the products of two of rows (7, K), of their first so many pixels."""
     total = 0.0
     for pixel in range(used):
-        total += one[pixel] * other[pixel]
+        total += rows[one, pixel] * rows[other, pixel]
     return total
 
 
-@compiled
+@compiled_bare
 def _rough(residuals: np.ndarray, used: int) -> float:
     """Variance of the noise of neighbouring pixels, the first of (K,), which a wrong shape moves together."""
     squares = 0.0
@@ -256,7 +256,7 @@ def _rough(residuals: np.ndarray, used: int) -> float:
     return squares / (2 * (used - 1))
 
 
-@compiled
+@compiled_bare
 def _normal(x: float) -> tuple[float, float]:
     """The normal distribution, and its slope."""
     if x >= _FLAT:
@@ -301,7 +301,8 @@ def _step(A: np.ndarray) -> np.ndarray:
         scaled[number, number] *= 1 + 1e-9
         step[number, 0] = A[number, 6]
     step[0, 1], step[1, 2] = 1.0, 1.0
-    return solve(scaled, step)
+    solve(scaled, step)
+    return step
 
 
 @compiled_within

@@ -104,7 +104,8 @@ def find_markers(
         is_flat = (areas >= _LEAST_FLAT_PX) & ((saturated >= _FLAT_SHARE * areas) | is_large)
         flat, is_outlined = _flat_centres(groups, areas, is_flat, is_large, points, height)
         cut &= ~is_outlined
-        points = np.where(np.isnan(flat[kept]), grey_centres(grey, boxes[kept], points[kept]), flat[kept])
+        is_known = ~np.isnan(flat[kept]).any(axis=1)
+        points = np.where(is_known[:, None], flat[kept], grey_centres(grey, boxes[kept], points[kept], ~is_known))
     else:
         points = points[kept]
     more = max(0, count - dropped - _MOST_MARKERS)
@@ -205,9 +206,11 @@ def _flat_centres(
     return centres, is_outlined
 
 
-def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray) -> np.ndarray:
-    """Centres (N, 2) of lights in boxes (N, 4), by the grey values that stand out of the water around them."""
-    return weighted_centres(grey, points_px, np.minimum(_reach(boxes), _MOST_REACH_PX), _FOOT)
+def grey_centres(
+    grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray, wanted: np.ndarray | bool = True
+) -> np.ndarray:
+    """Centres (N, 2) of lights in boxes (N, 4), by the grey values that stand out of the water around those wanted."""
+    return weighted_centres(grey, points_px, np.where(wanted, np.minimum(_reach(boxes), _MOST_REACH_PX), 0), _FOOT)
 
 
 def _reach(boxes: np.ndarray) -> np.ndarray:

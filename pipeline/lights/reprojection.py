@@ -28,15 +28,18 @@ class Sought(NamedTuple):
     tolerance_px: float  # by which a light may be off its corner
 
 
-@compiled
+@compiled_bare
 def sum_products(
     products: np.ndarray, R: np.ndarray, t: np.ndarray, lights: np.ndarray, rays: LightRays, are_free: bool
 ) -> None:
-    """J^T J (7, 7) of the lights' (N, 3) images in px, last column residuals; of free lights, across the circle."""
+    """J^T J of the lights' (N, 3) images in px, last column residuals; of free lights, across the circle.
+
+    It is the first seven rows of ``products`` (9, 7); the others are the last light's J.
+    """
     for row in range(7):
         for column in range(7):
             products[row, column] = 0.0
-    J = np.zeros((2, 7))
+    J = products[7:]
     for light in range(len(lights)):
         x, y, z = lights[light, 0], lights[light, 1], lights[light, 2]
         X = R[0, 0] * x + R[0, 1] * y + R[0, 2] * z + t[0]
@@ -87,8 +90,8 @@ def turn(R: np.ndarray, x: float, y: float, z: float) -> None:
         R[row, 2] = c + by * (r + p * y - q * x)
 
 
-@compiled
-def solve(A: np.ndarray, B: np.ndarray) -> np.ndarray:
+@compiled_bare
+def solve(A: np.ndarray, B: np.ndarray) -> None:
     """Solve A X = B (n, m) for a symmetric positive definite A, in place (Cholesky); compiles sooner than LAPACK's."""
     size = len(B)
     for k in range(size):
@@ -108,7 +111,6 @@ def solve(A: np.ndarray, B: np.ndarray) -> np.ndarray:
             for i in range(k + 1, size):
                 B[k, column] -= A[i, k] * B[i, column]
             B[k, column] /= A[k, k]
-    return B
 
 
 @compiled
@@ -170,7 +172,7 @@ def _refined(sought: Sought, corners: np.ndarray, mapping: np.ndarray) -> tuple[
     slopes[0, 0, 0] = slopes[0, 1, 1] = focal_px
     rays = LightRays(sought.points[corners[lit]] / focal_px, np.zeros(len(lit)), slopes)
     least, best = np.inf, mapping
-    products, step = np.empty((7, 7)), np.empty((6, 1))
+    products, step = np.empty((9, 7)), np.empty((6, 1))
     for _ in range(_STEPS):
         nearest = np.inf
         for light in range(len(lights)):

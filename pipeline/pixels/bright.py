@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from dockpose.compiled import compiled
+from dockpose.compiled import compiled, compiled_bare
 from dockpose.pixels.flood import (
     LEVELS,
     Shapes,
@@ -224,7 +224,7 @@ def coarsen(
     return squares, highest[squares], number_of[square_of], across
 
 
-@compiled
+@compiled_bare
 def _add_squares(
     shapes: Shapes, levels: np.ndarray, side: int, group_at: np.ndarray, dimmest: np.ndarray, saturated: int
 ) -> None:

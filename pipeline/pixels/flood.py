@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from dockpose.compiled import compiled
+from dockpose.compiled import compiled, compiled_bare
 
 LEVELS = 256  # that the histogram has, whatever the bits
 NEIGHBOURS = 8  # of a pixel, across corners too
@@ -34,7 +34,7 @@ def touching(index: np.ndarray, width: int) -> np.ndarray:
     return beside
 
 
-@compiled
+@compiled_bare
 def root_of(parent: np.ndarray, node: int) -> int:
     """The root of the tree that a node is in; the path to it becomes shorter."""
     while parent[node] != node:
@@ -119,7 +119,7 @@ def count_groups(
     return counts, real
 
 
-@compiled
+@compiled_bare
 def _count_one(
     more: np.ndarray,
     more_real: np.ndarray,
@@ -237,7 +237,7 @@ def no_shapes(count: int) -> Shapes:
     return Shapes(areas, np.zeros((count, 2)), boxes, peaks, saturated)
 
 
-@compiled
+@compiled_bare
 def add_pixel(shapes: Shapes, group: int, x: int, y: int, level: int, saturated: int) -> None:
     """Add a pixel to a group; at or above the level ``saturated`` it counts as saturated."""
     shapes.areas[group] += 1
@@ -259,7 +259,7 @@ def group_shapes(
     return to_means(shapes)
 
 
-@compiled
+@compiled_bare
 def _add_pixels(
     shapes: Shapes, index: np.ndarray, level: np.ndarray, labels: np.ndarray, width: int, saturated: int
 ) -> None:

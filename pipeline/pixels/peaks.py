@@ -1,7 +1,7 @@
 """Peaks of a picture that rise enough above the saddles between them: which there are, and the pixels of each."""
 
 import numpy as np
-from dockpose.compiled import compiled
+from dockpose.compiled import compiled, compiled_bare
 from dockpose.pixels.flood import LEVELS, NEIGHBOURS, brightest_first, root_of, touching
 
 
@@ -72,7 +72,7 @@ def peaks_by_persistence(
     return tops, saddles, last, member_of
 
 
-@compiled
+@compiled_bare
 def deepen(value: np.ndarray, index: np.ndarray, depth: np.ndarray, steps: float) -> None:
     """Continue brightness beyond 255, in place, by ``steps`` for each pixel of depth within what is saturated."""
     for pixel in range(len(index)):

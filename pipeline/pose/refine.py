@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.checks import as_points
-from dockpose.compiled import compiled
+from dockpose.compiled import compiled, compiled_bare
 from dockpose.lights.reprojection import LightRays, solve, sum_products, turn
 
 MAX_STEPS = 15  # at the most
@@ -102,7 +102,7 @@ def squares_at(
     R: np.ndarray, t: np.ndarray, angles_rad: np.ndarray, radius_m: float, rays: LightRays, offsets_m: np.ndarray | None
 ) -> float:
     """Sum of the squared reprojection errors, in pixels squared, of lights at angles (N,) on one dock at R and t."""
-    products = np.empty((7, 7))
+    products = np.empty((9, 7))
     sum_products(products, R, t, _on_circle(angles_rad, radius_m, offsets_m), rays, False)
     return float(products[6, 6])
 
@@ -199,7 +199,7 @@ def _minimise(
     """Move K poses and free lights, in place, and fill in squares and covariances; ``free``: radius, 0 for fixed."""
     count = len(R)
     gains, steps = np.empty(count), np.empty((count, 6))
-    products, gradient = np.empty((7, 7)), np.empty(6)
+    products, gradient = np.empty((9, 7)), np.empty(6)
     for _ in range(MAX_STEPS):
         longest = 0.0
         for k in range(count):
@@ -244,7 +244,7 @@ def _minimise(
         squares[k] = max(squares[k], 0.0)
 
 
-@compiled
+@compiled_bare
 def _move_along(lights: np.ndarray, radius: float, R: np.ndarray, t: np.ndarray, rays: LightRays) -> None:
     """Put the lights (N, 3), in place, where on the circle their rays meet the dock's plane."""
     for light in range(len(lights)):

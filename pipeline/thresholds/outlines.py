@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-from dockpose.compiled import compiled
+from dockpose.compiled import compiled, compiled_bare
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 from dockpose.thresholds.scales import MOST_PX, are_highest, grey_of, halved, pixels_of
 
@@ -79,7 +79,7 @@ def _crests(slope: np.ndarray, across: np.ndarray, down: np.ndarray, least: floa
     return found[:count].copy()
 
 
-@compiled
+@compiled_bare
 def _between(values: np.ndarray, x: float, y: float) -> float:
     """Value between four pixels."""
     column, row = int(x), int(y)
@@ -120,7 +120,7 @@ def _top(values: np.ndarray, rows: np.ndarray, columns: np.ndarray, down: int, r
     return (after - before) / (2 * np.maximum(2 * here - before - after, 1e-9))
 
 
-@compiled
+@compiled_bare
 def _vote(votes: np.ndarray, edges: np.ndarray, left: int, top: int, distances_px: np.ndarray) -> None:
     """Add one vote of each edge (n, 4), shared by its distances, to the pixels around where these lead."""
     height, width = votes.shape

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import cv2
 import numpy as np
-from dockpose.compiled import compiled
+from dockpose.compiled import compiled, compiled_bare
 from dockpose.pixels.bright import PixelGroups, pixels_at
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
@@ -193,7 +193,7 @@ def are_highest(values: np.ndarray, index: np.ndarray, near: np.ndarray) -> np.n
     return highest
 
 
-@compiled
+@compiled_bare
 def _is_highest(values: np.ndarray, row: int, column: int, near: np.ndarray) -> bool:
     """Whether a pixel is within the picture, and none near it, at offsets (M, 2), is higher."""
     height, width = values.shape

@@ -50,12 +50,12 @@ def compiled(loop: Callable[..., Any], **more: Any) -> Any:
 
 
 def compiled_bare(loop: Callable[..., Any], **more: Any) -> Any:
-    """Compile a loop that makes no arrays, and so need not count who holds them, which takes longer than small steps."""
+    """Compile a loop that makes no arrays, and so need not count who holds them, which takes longer than many do."""
     return compiled(loop, _nrt=False, **more)
 
 
 def compiled_sum(loop: Callable[..., Any]) -> Any:
-    """Compile a sum whose terms may be added in any order, several at a time, which rounds otherwise; without arrays."""
+    """Compile a sum whose terms may be added in any order, several at a time, which rounds otherwise."""
     return compiled_bare(loop, fastmath={"reassoc", "contract"})
 
 

@@ -209,7 +209,7 @@ def _spacings(
 ) -> list[_Spacing]:
     """Numbers of lights, focals and poses with which points (N, 2) are spaced as chance would less often than most."""
     found = []
-    for focal_px in focals_px:
+    for focal_px in focals_px if numbers else ():
         for R, t in _planes(ellipse, focal_px):
             rays = np.column_stack([points_px / focal_px, np.ones(len(points_px))])
             depth = (t @ R[:, 2]) / (rays @ R[:, 2])

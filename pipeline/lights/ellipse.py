@@ -110,8 +110,8 @@ def fit_ellipse(points_px: Any) -> Ellipse:
     points = np.ascontiguousarray(as_points("points_px", points_px, 2))
     if not np.isfinite(points).all():
         raise NoEllipseError("a point is not finite")
-    different = len(set(map(tuple, points.tolist())))
-    if different < MIN_POINTS:
+    different = _different(points[: 2 * MIN_POINTS])
+    if different < MIN_POINTS and (different := _different(points)) < MIN_POINTS:
         raise NoEllipseError(f"an ellipse needs {MIN_POINTS} different points, there are {different}")
     x, y, scale, normalised = _normalised(points)  # pixels far from the origin lose no precision
     design = _design(normalised)
@@ -120,6 +120,11 @@ def fit_ellipse(points_px: Any) -> Ellipse:
         conic = _hyper_conic(design, conic)
     rms = scale * math.sqrt(float(_squared_distances(conic, normalised).mean()))
     return ellipse_from_conic(_moved(conic, x, y, scale), rms)
+
+
+def _different(points: np.ndarray) -> int:
+    """How many of points (N, 2) are not the same."""
+    return len(set(map(tuple, points.tolist())))
 
 
 def ellipse_from_conic(conic: Any, rms_px: float = 0.0) -> Ellipse:

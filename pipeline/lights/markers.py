@@ -104,7 +104,7 @@ def find_markers(
         is_flat = (areas >= _LEAST_FLAT_PX) & ((saturated >= _FLAT_SHARE * areas) | is_large)
         flat, is_outlined = _flat_centres(groups, areas, is_flat, is_large, points, height)
         cut &= ~is_outlined
-        is_known = ~np.isnan(flat[kept]).any(axis=1)
+        is_known = np.isfinite(flat[kept, 0])
         points = np.where(is_known[:, None], flat[kept], grey_centres(grey, boxes[kept], points[kept], ~is_known))
     else:
         points = points[kept]

@@ -18,7 +18,7 @@ from dockpose.thresholds.scales import MOST_PX, are_highest, grey_of, halved, pi
 # the picture is halved, so that they have one of the last two.
 _RADII_PX, _LAST = (2.0, 2.8, 4.0, 5.6), 2
 _WIDEST_SHARE = 1 / 12  # of the picture's shorter side, as radius: three such discs beside each other fill half of it
-_VOTES = np.array([0.84, 0.92, 1.0, 1.09, 1.19])  # radii: from one disc to the next, either way
+_VOTES = np.array([0.87, 1.0, 1.15])  # radii: from one disc to the next, either way, no farther apart than votes spread
 _BLUR_PX = 0.8  # of the picture, as the finest scale
 _CLEAR_NOISE = 5.0  # standard deviations of a slope: one in a million, of which a quarter of a circle would be needed
 _LEAST_SLOPE = 0.3  # levels per pixel, below which rounding to levels makes slopes

@@ -19,7 +19,7 @@ LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rin
 # Lamps on a cable are not strewn: the second is within so many steps of the first, and each further one within so many
 # of where the last two point; one of twenty is out. A ring with such a share of its lights, or along such a share of
 # it, is no cable, and ten thousand docks are seen for each cable that would pass for a part of one.
-_NEAR_STEPS, _NEXT_STEPS, _LARGEST_GAP, _OUT, _CLOSED, _FEWER_CABLES = 3.0, 0.25, 2, 0.05, 0.75, 1e4
+_NEAR_STEPS, _NEXT_STEPS, _LARGEST_GAP, _OUT, CLOSED, _FEWER_CABLES = 3.0, 0.25, 2, 0.05, 0.75, 1e4
 _KINDS_OF_ERRORS = 2.0  # alike both ways, or not
 LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
 _NUMBERS_OF_WHOLE = 2  # ways in which a number may be unknown: that of the lights in view, or another
@@ -82,7 +82,7 @@ def log_chance_of(fit: Fit, scene: Scene, may_hang: bool) -> float:
         most = np.log(_ACCEPTED_INEXACT / scene.numbers)
         if fit.squares_px2 > count * _BUILT_WITHIN**2 * fit.semi_axes_px[0] * fit.semi_axes_px[1]:
             return np.inf
-    if fit.apart_px2[0] >= 0 and scene.numbers > 1 and count < _CLOSED * sides:
+    if fit.apart_px2[0] >= 0 and scene.numbers > 1 and count < CLOSED * sides:
         return np.inf
     tube = log_tube(count, sides, scene.even, fit.squares_px2, fit.apart_px2)
     none = Near(0, 0, 0, 0), Cables(np.empty(0), 0)
@@ -206,7 +206,7 @@ def cables_of(lit: np.ndarray) -> Cables:
     steps, count = np.empty(len(corners)), len(corners)
     for k in range(count):
         steps[k] = (corners[(k + 1) % count] - corners[k]) % sides
-    if not 0 < count < _CLOSED * sides or steps.max() <= (1 - _CLOSED) * sides:
+    if not 0 < count < CLOSED * sides or steps.max() <= (1 - CLOSED) * sides:
         return Cables(np.empty(0), 0)
     kept, out, is_first, largest = 0, 0, True, np.argmax(steps)
     within = np.empty(count)

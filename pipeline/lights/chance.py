@@ -95,7 +95,9 @@ def log_chance_of(fit: Fit, scene: Scene, may_hang: bool) -> float:
 
 
 @compiled
-def may_be_ring(count: int, sides: int, squares_px2: float, semi_axes_px: tuple[float, float], scene: Scene) -> bool:
+def more_than_chance(
+    count: int, sides: int, squares_px2: float, semi_axes_px: tuple[float, float], scene: Scene
+) -> bool:
     """Whether so many points, as near to a ring's lights, would be more than chance with no other near them."""
     none = Near(0, 0, 0, 0), Cables(np.empty(0), 0)
     chance = log_tube(count, sides, scene.even, squares_px2, (-1.0, -1.0))

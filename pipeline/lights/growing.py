@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 from dockpose.compiled import compiled, compiled_bare
-from dockpose.lights.chance import LEAST_CROWD, Fit, Scene, log_chance_of, may_be_ring
-from dockpose.lights.reprojection import Sought, as_pose, fit_affine, inverse_of, near_pose, off_corners, stretch, times
+from dockpose.lights.chance import Scene
+from dockpose.lights.judging import judged, may_be_ring
+from dockpose.lights.reprojection import Sought, as_pose, fit_affine, inverse_of, near_pose, stretch, times
 
 NARROWEST = 0.12  # minor to major axis: a dock seen at 83 degrees
 SMALLEST_RADIUS_PX = 3.0  # of a smaller ring the lights are not apart
@@ -16,7 +17,6 @@ _STRICT_ROUNDS = 3  # of looking for all corners where the last fit puts them
 _PERSPECTIVE_MARGIN = 1.5  # focal lengths are not always well known
 _NOISE_PX = 1.0  # of a centre, for what of a perspective may be feigned
 _PERSPECTIVE_PRIOR = 0.03  # weak, see _fit
-_FARTHER = 4.0  # squares of a fit that leans on that prior, over those of the pose, at the most
 
 
 def distances(points_px: np.ndarray, others_px: np.ndarray) -> np.ndarray:
@@ -71,7 +71,7 @@ def grow_all(
             if square < 0 or count <= members or _is_known(known, seen, grown.corners):
                 continue
             mapping = grown.mapping
-            is_promising = _may_be_ring(sought, grown.corners, mapping, scene)
+            is_promising = may_be_ring(sought, grown.corners, mapping, scene)
             if is_promising:
                 square, mapping = as_pose(sought, grown.corners, mapping)
             exact = max(sought.tolerance_px, TOLERANCE_OF_RADIUS * stretch(mapping)[1])
@@ -79,45 +79,13 @@ def grow_all(
                 continue
             members, best, known[seen] = count, np.inf, grown.corners
             if is_promising:
-                best, corners[found], squares[found], mappings[found] = _judged(
-                    sought, grown.corners, square, mapping, scene
-                )
+                ring = judged(sought, grown.corners, square, mapping, scene)
+                best, corners[found], squares[found], mappings[found] = ring
         seen += members > 0
         if best < np.inf:
             chances[found] = best
             found += 1
     return corners[:found], squares[:found], mappings[:found], chances[:found]
-
-
-@compiled
-def _may_be_ring(sought: Sought, corners: np.ndarray, mapping: np.ndarray, scene: Scene) -> bool:
-    """Whether the pose of a polygon, with or without its worst light, may be more than chance."""
-    count, sides, semi_axes_px = int(np.count_nonzero(corners >= 0)), len(corners), stretch(mapping)
-    squares, worst, _ = off_corners(sought, corners, mapping)
-    if may_be_ring(count, sides, squares / _FARTHER, semi_axes_px, scene):
-        return True
-    less = max(count - 1, LEAST_CROWD)
-    return count > less and may_be_ring(less, sides, (squares - worst) / _FARTHER, semi_axes_px, scene)
-
-
-@compiled
-def _judged(
-    sought: Sought, corners: np.ndarray, squares: float, mapping: np.ndarray, scene: Scene
-) -> tuple[float, np.ndarray, float, np.ndarray]:
-    """Chance of a ring, inf of none, its corners, squares and mapping: one of its points may be no light of it."""
-    chance = log_chance_of(fit_of(corners, squares, mapping), scene, True)
-    if chance < np.inf or np.count_nonzero(corners >= 0) <= LEAST_CROWD:
-        return chance, corners, squares, mapping
-    corners = corners.copy()
-    corners[off_corners(sought, corners, mapping)[2]] = -1
-    squares, mapping = as_pose(sought, corners, mapping)
-    return log_chance_of(fit_of(corners, squares, mapping), scene, True), corners, squares, mapping
-
-
-@compiled
-def fit_of(corners: np.ndarray, squares: float, mapping: np.ndarray) -> Fit:
-    """A polygon whose lights are alike off their places both ways."""
-    return Fit(corners, squares, (-1.0, -1.0), stretch(mapping), (mapping[0, 2], mapping[1, 2]))
 
 
 @compiled_bare

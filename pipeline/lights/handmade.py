@@ -6,12 +6,13 @@ from operator import attrgetter
 
 import numpy as np
 from dockpose.compiled import compiled, compiled_bare
-from dockpose.lights.chance import LEAST_CROWD, Fit, Scene, log_chance_of, squares_apart_px2
+from dockpose.lights.chance import Scene
 from dockpose.lights.conics import conics_through, fives_of
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX
-from dockpose.lights.polygon import Candidate, polygon_of, regular
-from dockpose.lights.reprojection import Sought, as_pose, off_corners, stretch
+from dockpose.lights.judging import flatten
+from dockpose.lights.polygon import Candidate, least_likely_part, regular
+from dockpose.lights.reprojection import Sought, as_pose
 from dockpose.lights.whole import angles_on
 
 _TRIALS = 3003  # fives of points: all of fifteen
@@ -48,11 +49,8 @@ def _settled_ring(
     corners, mapping = _settled(sought, corners, mapping, rounds)
     if np.count_nonzero(corners >= 0) < MIN_POINTS:
         return None
-    corners, sought = np.where(corners >= 0, chosen[corners], -1), sought._replace(points=scene.points_px)
-    chance, corners, squares_px2, mapping = _least_likely(sought, corners, mapping, scene)
-    if chance == math.inf:
-        return None
-    return Candidate(polygon_of(corners, squares_px2, mapping, scene.focal_px), chance)
+    corners = np.where(corners >= 0, chosen[corners], -1)
+    return least_likely_part(sought._replace(points=scene.points_px), corners, mapping, scene, is_exact=False)
 
 
 def _of_all(points: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
@@ -103,7 +101,7 @@ def _best_of(
     for t in range(len(conics)):
         if not _set_affine(conics, t, least_radius, mapping):
             continue
-        around = _flatten(mapping, places, flat)
+        around = flatten(mapping, places, flat)
         for sides in numbers:
             least = np.argmax(worths)
             worth, roll = _placed(flat, around, sides, own, logs)
@@ -132,7 +130,7 @@ def _off_all(conics: np.ndarray, places: np.ndarray, least_radius: float) -> np.
     logs, flat, mapping = np.zeros(len(conics)), np.empty((len(places), 2)), np.empty((3, 3))
     for t in range(len(conics)):
         is_ellipse = _set_affine(conics, t, least_radius, mapping)
-        near = _flatten(mapping, places, flat) if is_ellipse else 1.0
+        near = flatten(mapping, places, flat) if is_ellipse else 1.0
         for k in range(len(places) if is_ellipse else 0):
             logs[t] += np.log(min(1.0, near * max(abs(flat[k, 0]), _LEAST_ACROSS)))
     return logs
@@ -160,30 +158,6 @@ def _set_affine(conics: np.ndarray, t: int, least_radius: float, mapping: np.nda
     mapping[1, 0], mapping[1, 1], mapping[1, 2] = minor * sin, major * cos, y
     mapping[2, 0], mapping[2, 1], mapping[2, 2] = 0.0, 0.0, 1.0
     return minor > NARROWEST * major and minor > least_radius
-
-
-@compiled_bare
-def _of_three(mapping: np.ndarray, one: int, two: int, to: tuple[float, float, float]) -> float:
-    """Determinant of two columns of a map (3, 3) and a third."""
-    across = mapping[1, one] * mapping[2, two] - mapping[2, one] * mapping[1, two]
-    down = mapping[2, one] * mapping[0, two] - mapping[0, one] * mapping[2, two]
-    return (
-        across * to[0] + down * to[1] + (mapping[0, one] * mapping[1, two] - mapping[1, one] * mapping[0, two]) * to[2]
-    )
-
-
-@compiled_bare
-def _flatten(mapping: np.ndarray, places: np.ndarray, flat: np.ndarray) -> float:
-    """Fill in radius less 1 and angle (M, 2) of places (M, 2) in a circle's plane; how many are near it."""
-    near = 1.0
-    for k in range(len(places)):
-        # The inverse is a matrix of cross products, but for its size, which is divided out.
-        to = places[k, 0], places[k, 1], 1.0
-        x, y, w = _of_three(mapping, 1, 2, to), _of_three(mapping, 2, 0, to), _of_three(mapping, 0, 1, to)
-        x, y = x / w, y / w
-        flat[k, 0], flat[k, 1] = np.hypot(x, y) - 1, np.arctan2(y, x)
-        near += flat[k, 0] < 1
-    return near
 
 
 @compiled_bare
@@ -227,33 +201,9 @@ def _settled(sought: Sought, corners: np.ndarray, mapping: np.ndarray, rounds: i
         mapping = as_pose(sought, corners, mapping)[1]
         if not abs(np.linalg.det(mapping)) >= 1e-9:
             return np.full(sides, -1), mapping
-        roll = _placed(flat, _flatten(mapping, points, flat), sides, row, logs)[1]
+        roll = _placed(flat, flatten(mapping, points, flat), sides, row, logs)[1]
         if (row[1:] == corners).all():
             break
         corners = row[1:].copy()
         mapping = _turned(mapping, roll)
     return fitted, mapping
-
-
-@compiled
-def _least_likely(
-    sought: Sought, corners: np.ndarray, mapping: np.ndarray, scene: Scene
-) -> tuple[float, np.ndarray, float, np.ndarray]:
-    """Chance, corners, squares and mapping without points that make a ring likelier to be chance; inf of none."""
-    squares, mapping = as_pose(sought, corners, mapping)
-    best = np.inf, corners, squares, mapping
-    while True:
-        lit = np.flatnonzero(corners >= 0)
-        flat = np.empty((len(lit), 2))
-        _flatten(mapping, sought.points[corners[lit]], flat)
-        semi_axes_px = stretch(mapping)
-        apart_px2 = squares_apart_px2(flat, 2 * np.pi / len(corners) * lit, semi_axes_px)
-        centre_px = mapping[0, 2], mapping[1, 2]
-        chance = log_chance_of(Fit(corners, squares, apart_px2, semi_axes_px, centre_px), scene, True)
-        if chance < best[0]:
-            best = chance, corners, squares, mapping
-        if len(lit) <= LEAST_CROWD:
-            return best
-        corners = corners.copy()
-        corners[off_corners(sought, corners, mapping)[2]] = -1
-        squares, mapping = as_pose(sought, corners, mapping)

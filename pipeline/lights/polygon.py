@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from dockpose.lights.chance import FIRST_POINTS, Scene, log_chance_of
-from dockpose.lights.growing import TOLERANCE_PX, distances, fit_of, grow_all
-from dockpose.lights.reprojection import Sought, as_pose, off_corners, stretch
+from dockpose.lights.growing import TOLERANCE_PX, distances, grow_all
+from dockpose.lights.judging import fit_of, least_likely
+from dockpose.lights.reprojection import Sought, as_pose, stretch
 from dockpose.lights.triples import FEW_POINTS, MOST_BEYOND, judges_of, promising, steps_of
 
 MAX_POINTS = 150  # that are looked at, the brightest
@@ -54,9 +55,9 @@ class Candidate:
         return frozenset(self.polygon.members.tolist())
 
 
-def accepted(polygon: Polygon, scene: Scene, *, may_hang: bool = True) -> Candidate | None:
-    """A polygon that is more than chance; None where chance, or lamps on a cable if they may, have made it."""
-    log_chance = log_chance_of(fit_of(polygon.corners, polygon.squares_px2, polygon.mapping), scene, may_hang)
+def accepted(polygon: Polygon, scene: Scene) -> Candidate | None:
+    """A polygon that is more than chance; None where chance, or lamps on a cable, have made it."""
+    log_chance = log_chance_of(fit_of(polygon.corners, polygon.squares_px2, polygon.mapping), scene, True)
     return Candidate(polygon, log_chance) if log_chance < math.inf else None
 
 
@@ -135,12 +136,12 @@ def polygon_of(corners: np.ndarray, squares_px2: float, mapping: np.ndarray, foc
     return Polygon(corners, squares_px2, stretch(mapping), centre_px, mapping, focal_px)
 
 
-def without_worst(polygon: Polygon, points_px: np.ndarray, unit: np.ndarray) -> Polygon:
-    """Return a polygon without the corner whose point lies farthest off, fitted to the others."""
-    sought = Sought(points_px, unit, polygon.focal_px, 0.0)
-    corners = polygon.corners.copy()
-    corners[off_corners(sought, corners, polygon.mapping)[2]] = -1
-    return refitted(corners, polygon.mapping, points_px, unit, polygon.focal_px)
+def least_likely_part(
+    sought: Sought, corners: np.ndarray, mapping: np.ndarray, scene: Scene, *, is_exact: bool
+) -> Candidate | None:
+    """The ring of all of a polygon's points or of some that is least likely to be chance; None of none."""
+    chance, corners, squares_px2, mapping = least_likely(sought, corners, mapping, scene, is_exact)
+    return Candidate(polygon_of(corners, squares_px2, mapping, sought.focal_px), chance) if chance < math.inf else None
 
 
 def refitted(

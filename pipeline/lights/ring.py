@@ -15,7 +15,8 @@ from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX, distances
 from dockpose.lights.handmade import handmade_rings
 from dockpose.lights.lattice import goes_on, repeating
 from dockpose.lights.markers import Markers
-from dockpose.lights.polygon import MAX_POINTS, Candidate, Polygon, accepted, without_worst
+from dockpose.lights.polygon import MAX_POINTS, Candidate, Polygon, least_likely_part
+from dockpose.lights.reprojection import Sought
 from dockpose.lights.whole import TOLERANCE_OF_AXIS, ellipse_through, log_chance_of_all, spaced_as
 
 # A large light's centre may lie this share of its diameter off the ellipse, see also TOLERANCE_OF_AXIS.
@@ -152,15 +153,9 @@ def _more_of_size(
 
 def _without_outliers(best: Candidate, dock: Dock, scene: Scene) -> Candidate:
     """The ring without points that make it likelier to be chance, as where a bubble runs together with a light."""
-    unit, polygon = places_of(best.sides, dock), best.polygon
-    # Whatever is left out, a row of lights becomes several, and less like lamps on a cable.
-    exact = accepted(polygon, scene, may_hang=False) or best
-    while len(polygon.members) > LEAST_CROWD:
-        polygon = without_worst(polygon, scene.points_px, unit)
-        other = accepted(polygon, scene, may_hang=False)
-        if other is not None and other.log_chance < exact.log_chance:
-            exact = other
-    return exact
+    polygon = best.polygon
+    sought = Sought(scene.points_px, places_of(best.sides, dock), polygon.focal_px, 0.0)
+    return least_likely_part(sought, polygon.corners, polygon.mapping, scene, is_exact=True) or best
 
 
 def _best(found: list[Candidate], scene: Scene) -> tuple[Candidate, int]:

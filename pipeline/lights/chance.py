@@ -76,8 +76,13 @@ def log_chance_of(fit: Fit, scene: Scene, may_hang: bool) -> float:
     such a ring must be nearly closed, for inexact lights fit many numbers; and among others it must be surer.
     """
     members = fit.corners[fit.corners >= 0]
-    count, sides, total = len(members), len(fit.corners), len(scene.points_px)
-    most, tests = _limit(count, sides, scene)
+    count, sides, total, numbers = len(members), len(fit.corners), len(scene.points_px), scene.numbers
+    # Where a ring of which no light is missing is all that there is, its number is not one of many.
+    if LEAST_CROWD <= count == sides == total:
+        numbers = min(numbers, _NUMBERS_OF_WHOLE)
+    # Four lights are picked out from among others, unless there is but one other: that makes so few fours.
+    at_once = total <= (FIRST_POINTS if count >= LEAST_CROWD else LEAST_CROWD)
+    most = np.log((ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS) / numbers)
     if fit.apart_px2[0] >= 0 and count < total:
         most = np.log(_ACCEPTED_INEXACT / scene.numbers)
         if fit.squares_px2 > count * _BUILT_WITHIN**2 * fit.semi_axes_px[0] * fit.semi_axes_px[1]:
@@ -91,30 +96,7 @@ def log_chance_of(fit: Fit, scene: Scene, may_hang: bool) -> float:
     near = near_of(scene.points_px, scene.brightness, members, fit.centre_px, fit.semi_axes_px[0])
     cables = cables_of(fit.corners >= 0) if may_hang else none[1]
     chance = tube + log_background(count, sides, fit.semi_axes_px, scene.area_px2, near, cables)
-    return chance + tests if chance < most else np.inf
-
-
-@compiled
-def more_than_chance(
-    count: int, sides: int, squares_px2: float, semi_axes_px: tuple[float, float], scene: Scene
-) -> bool:
-    """Whether so many points, as near to a ring's lights, would be more than chance with no other near them."""
-    none = Near(0, 0, 0, 0), Cables(np.empty(0), 0)
-    chance = log_tube(count, sides, scene.even, squares_px2, (-1.0, -1.0))
-    chance += log_background(count, sides, semi_axes_px, scene.area_px2, *none)
-    return bool(chance < _limit(count, sides, scene)[0])
-
-
-@compiled
-def _limit(count: int, sides: int, scene: Scene) -> tuple[float, float]:
-    """Logarithms of the expected number below which so many points are a ring, and of how many numbers are tried."""
-    total, numbers = len(scene.points_px), scene.numbers
-    # Where a ring of which no light is missing is all that there is, its number is not one of many.
-    if LEAST_CROWD <= count == sides == total:
-        numbers = min(numbers, _NUMBERS_OF_WHOLE)
-    # Four lights are picked out from among others, unless there is but one other: that makes so few fours.
-    at_once = total <= (FIRST_POINTS if count >= LEAST_CROWD else LEAST_CROWD)
-    return np.log((ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS) / numbers), np.log(numbers)
+    return chance + np.log(numbers) if chance < most else np.inf
 
 
 @compiled

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from dockpose.compiled import compiled, compiled_bare
 from dockpose.lights.chance import Scene
-from dockpose.lights.judging import judged, may_be_ring
+from dockpose.lights.judging import judged
 from dockpose.lights.reprojection import Sought, as_pose, fit_affine, inverse_of, near_pose, stretch, times
 
 NARROWEST = 0.12  # minor to major axis: a dock seen at 83 degrees
@@ -70,17 +70,13 @@ def grow_all(
             square, count = _grow(sought, order, across, guess, grown)
             if square < 0 or count <= members or _is_known(known, seen, grown.corners):
                 continue
-            mapping = grown.mapping
-            is_promising = may_be_ring(sought, grown.corners, mapping, scene)
-            if is_promising:
-                square, mapping = as_pose(sought, grown.corners, mapping)
+            square, mapping = as_pose(sought, grown.corners, grown.mapping)
             exact = max(sought.tolerance_px, TOLERANCE_OF_RADIUS * stretch(mapping)[1])
             if square > count * exact**2:
                 continue
-            members, best, known[seen] = count, np.inf, grown.corners
-            if is_promising:
-                ring = judged(sought, grown.corners, square, mapping, scene)
-                best, corners[found], squares[found], mappings[found] = ring
+            members, known[seen] = count, grown.corners
+            ring = judged(sought, grown.corners, square, mapping, scene)
+            best, corners[found], squares[found], mappings[found] = ring
         seen += members > 0
         if best < np.inf:
             chances[found] = best

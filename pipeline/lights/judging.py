@@ -2,21 +2,8 @@
 
 import numpy as np
 from dockpose.compiled import compiled, compiled_bare
-from dockpose.lights.chance import LEAST_CROWD, Fit, Scene, log_chance_of, more_than_chance, squares_apart_px2
+from dockpose.lights.chance import LEAST_CROWD, Fit, Scene, log_chance_of, squares_apart_px2
 from dockpose.lights.reprojection import Sought, as_pose, off_corners, stretch
-
-_FARTHER = 4.0  # squares of a polygon as it grows, whose perspective leans on a prior, over those of its pose
-
-
-@compiled
-def may_be_ring(sought: Sought, corners: np.ndarray, mapping: np.ndarray, scene: Scene) -> bool:
-    """Whether the pose of a polygon, with or without its worst light, may be more than chance."""
-    count, sides, semi_axes_px = int(np.count_nonzero(corners >= 0)), len(corners), stretch(mapping)
-    squares, worst, _ = off_corners(sought, corners, mapping)
-    if more_than_chance(count, sides, squares / _FARTHER, semi_axes_px, scene):
-        return True
-    less = max(count - 1, LEAST_CROWD)
-    return count > less and more_than_chance(less, sides, (squares - worst) / _FARTHER, semi_axes_px, scene)
 
 
 @compiled

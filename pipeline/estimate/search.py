@@ -105,14 +105,12 @@ def _search_by_light(first: Found, picture: Picture, camera: Camera, dock: Dock,
     return max([best, *likelier], key=Found.rank)
 
 
-def _of_another_number(
-    threshold: Threshold, picture: Picture, camera: Camera, dock: Dock, settings: Settings
-) -> Found | None:
+def _of_another_number(clear: Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Found | None:
     """A whole ring of even lights, beyond chance, of another number than the dock's; None where there is none."""
     if dock.lights is None or dock.angles_deg or dock.offsets_m:
         return None
     free = msgspec.structs.replace(dock, lights=None, colours=())
-    found = look(threshold, picture, camera, free, settings, "whole")
+    found = look(clear, picture, camera, free, settings, "whole")
     if found.status != "ok" or found.log_chance >= NO_CHANCE:
         return None
     ring: Ring = found.stages["ring"]
@@ -125,8 +123,8 @@ def _of_another_number(
     )
 
 
-def _clear(looks: Sequence[Found]) -> Iterator[Threshold]:
-    """The thresholds of the first looks that show so few groups that these may be a dock's lights, each of others."""
+def _clear(looks: Sequence[Found]) -> Iterator[Found]:
+    """The first looks that show so few groups that these may be a dock's lights, each of others."""
     clear: list[Found] = []
     for one in looks:
         markers = one.stages.get("markers")
@@ -134,7 +132,7 @@ def _clear(looks: Sequence[Found]) -> Iterator[Threshold]:
             continue
         if not any(other.has_no_ring_in(markers) for other in clear):
             clear.append(one)
-            yield one.stages["threshold"]
+            yield one
 
 
 def _other_looks(

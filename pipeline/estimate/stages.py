@@ -59,7 +59,7 @@ class Picture:
 
 
 def look(
-    threshold: Threshold,
+    seen: Threshold | Found,
     picture: Picture,
     camera: Camera,
     dock: Dock,
@@ -67,8 +67,11 @@ def look(
     kind: Kind = "exact",
     earlier: Sequence[Found] = (),
 ) -> Found:
-    """What is found from one threshold on, of rings of a kind; ``earlier`` ones came before it."""
-    status, message, stages = _find_lights(picture, threshold, camera, dock, settings, kind, earlier)
+    """What is found from a threshold on, or from the groups of an earlier look, of rings of a kind.
+
+    Of groups in which one of the looks that came before it, ``earlier``, found no ring, there is none.
+    """
+    status, message, stages = _find_lights(picture, seen, camera, dock, settings, kind, earlier)
     if status != "ok":
         return Found(status, message, stages)
     return Found(*judge_ring(picture, camera, dock, stages))
@@ -103,7 +106,7 @@ def judge_ring(
 
 def _find_lights(
     picture: Picture,
-    threshold: Threshold,
+    seen: Threshold | Found,
     camera: Camera,
     dock: Dock,
     settings: Settings,
@@ -112,10 +115,14 @@ def _find_lights(
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages from the threshold to the ring."""
     like, ring = picture.like, None
-    if like is not None and like.markers is not None and threshold is like.threshold:
+    threshold: Threshold = seen.stages["threshold"] if isinstance(seen, Found) else seen
+    if isinstance(seen, Found):
+        markers: Markers = seen.stages["markers"].unfitted
+        stages: dict[str, Any] = {"threshold": threshold, "markers": markers}
+    elif like is not None and like.markers is not None and threshold is like.threshold:
         ring = _ring_of(like, camera, dock)
         markers = like.markers.unfitted if ring is None else like.markers
-        stages: dict[str, Any] = {"threshold": threshold, "markers": markers}
+        stages = {"threshold": threshold, "markers": markers}
     else:
         stages = {"threshold": threshold}
         light, _ = picture.light

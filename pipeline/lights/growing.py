@@ -21,7 +21,9 @@ _PERSPECTIVE_PRIOR = 0.03  # weak, see _fit
 
 def distances(points_px: np.ndarray, others_px: np.ndarray) -> np.ndarray:
     """How far (N, M) each of some points (N, 2) is from each of others (M, 2)."""
-    return np.hypot(*(points_px[:, None] - others_px).transpose(2, 0, 1))
+    (x, y), (others_x, others_y) = points_px.T, others_px.T
+    across, down = x[:, None] - others_x, y[:, None] - others_y
+    return np.sqrt(across * across + down * down)
 
 
 class _Growth(NamedTuple):

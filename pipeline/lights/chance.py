@@ -45,7 +45,7 @@ class Cables(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """What rings are sought scene."""
+    """What rings are sought among."""
 
     points_px: np.ndarray  # (M, 2): the groups' centres, from the principal point
     brightness: np.ndarray  # (M,): of each

@@ -2,12 +2,22 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Dock
-from dockpose.lights.lattice import goes_on, repeating
+from dockpose.lights.lattice import goes_on, nearest_of, repeating
 from dockpose.lights.polygon import find_polygons
+from scipy.spatial import KDTree
 
 from tests.pipeline.lights.test_ring import CAMERA, lights, ring_of, scene_of, text
 
 MIDDLE = np.array([CAMERA.cx, CAMERA.cy])
+
+
+@pytest.mark.parametrize("most", [1, 9])
+def test_the_nearest_of_others_are_those_of_a_tree(most):
+    points, others = np.random.default_rng(most).uniform(0, 100, (2, 50, 2))
+    off, which = nearest_of(points, others, most)
+    expected = KDTree(others).query(points, k=np.arange(1, most + 1))
+    np.testing.assert_allclose(off, expected[0])
+    np.testing.assert_array_equal(which, expected[1])
 
 
 def lattice(kind, turned_rad=0.0, step_px=30.0):

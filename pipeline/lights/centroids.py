@@ -76,7 +76,7 @@ def _centroid(
                 total += weight
                 sum_x += weight * x
                 sum_y += weight * y
-    return sum_x / total, sum_y / total
+    return (sum_x / total, sum_y / total) if total > 0 else (np.nan, np.nan)
 
 
 @compiled_bare

@@ -19,7 +19,7 @@ CORE_OF_PAGE := $(foreach part,page view tank policy,tests/browser/test_$(part).
 REST_OF_PAGE := $(filter-out $(CORE_OF_PAGE),$(wildcard tests/browser/test_*.py))
 ABREAST := --numprocesses 3 --dist loadfile --no-loadscope-reorder
 
-.PHONY: nightly peers licences release try-release run report test test-slow test-page test-busy test-oldest test-pythons resolve lint real bench bench-readme fuzz security soak samples screenshots figures docs newcomer clean
+.PHONY: nightly peers licences release try-release run report test test-slow test-page test-busy test-oldest test-pythons resolve lint real borders bench bench-readme fuzz security soak samples screenshots figures docs newcomer clean
 
 # Installs everything, and serves the page, which opens on a sample scene.
 run: $(VENV)/.installed
@@ -78,6 +78,10 @@ lint: $(VENV)/.test $(VENV)/.lint
 DATA ?= ../shared/data
 real: $(VENV)/.test
 	$(BIN)/python -m tests.bench.real $(DATA) $(QUICK)
+
+# Files of other programs in forms that people complain of, a folder for each in DATA: two minutes.
+borders: $(VENV)/.test
+	$(BIN)/python -m tests.bench.borders $(DATA)
 
 bench: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m pytest tests/bench -s -o python_files='bench_*.py' -o faulthandler_timeout=0

@@ -21,7 +21,6 @@ from dockpose.sources.ffmpeg import picture_of
 from dockpose.sources.frames import Callback, Frame, Indexed, SourceError, growing
 from dockpose.sources.pictures import numeric
 
-_PACKED = ".zstd"
 _MOST_TIMES = 1000  # that a file expands by, beyond the size of a chunk; dark pictures reach some hundreds
 _PART_BYTES = 1 << 20
 
@@ -54,9 +53,12 @@ def _opened(path: Path, expand: Callable[[bytes], bytes] | None, stack: contextl
         storage.check_regular(path)
         if path.stat().st_size == 0:
             raise SourceError("the file is empty (0 bytes)")
-        if path.suffix.lower() == _PACKED:
+        if is_packed := storage.head_of(path).startswith(storage.ZSTD_BEGINS) or path.suffix.lower() == ".zstd":
             path = _unpacked(path, Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="dockpose-"))))
-        ending = path.suffix.lower()
+        ending = storage.ending_of(storage.head_of(path))
+        if ending is None and is_packed:
+            raise SourceError("is compressed by zstd, and what is in it is no bag")
+        ending = ending or path.suffix.lower()  # whose reader says what is amiss
         if ending == ".db3":
             file: Storage = SqliteFile(path, expand)
         else:

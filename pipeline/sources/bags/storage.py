@@ -18,6 +18,21 @@ MOST_BYTES = 256_000_000
 DAMAGE = (ValueError, struct.error, OverflowError, MemoryError, OSError, LookupError, EOFError, RuntimeError)
 
 
+ZSTD_BEGINS = b"\x28\xb5\x2f\xfd"  # of what was compressed as a whole
+_BEGINNINGS = {b"\x89MCAP": ".mcap", b"#ROSBAG V": ".bag", b"SQLite format 3\0": ".db3"}
+
+
+def ending_of(head: bytes) -> str | None:
+    """The usual ending of a bag's name, by its first bytes; None of what is no bag."""
+    return next((ending for begins, ending in _BEGINNINGS.items() if head.startswith(begins)), None)
+
+
+def head_of(path: Path, size: int = 16) -> bytes:
+    """The first bytes of a file."""
+    with path.open("rb") as file:
+        return file.read(size)
+
+
 def is_rosbag2_file(path: Path) -> bool:
     """Whether a file's name is that of one of the files in a folder that rosbag2 writes."""
     return path.name.lower().removesuffix(".zstd").endswith((".mcap", ".db3"))

@@ -79,9 +79,9 @@ DATA ?= ../shared/data
 real: $(VENV)/.test
 	$(BIN)/python -m tests.bench.real $(DATA) $(QUICK)
 
-# Files of other programs in forms that people complain of, a folder for each in DATA: two minutes.
+# Files of other programs in forms that people complain of, a folder for each in DATA/reports: two minutes.
 borders: $(VENV)/.test
-	$(BIN)/python -m tests.bench.borders $(DATA)
+	$(BIN)/python -m tests.bench.borders $(DATA)/reports
 
 bench: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m pytest tests/bench -s -o python_files='bench_*.py' -o faulthandler_timeout=0

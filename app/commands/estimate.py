@@ -71,8 +71,6 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UserError(f"--out {arguments.out}: must be NAME{MCAP_ENDING}")
     if arguments.record is not None:
         given.check_recording(arguments.record, arguments.sources)
-    if arguments.smooth and arguments.json is None and arguments.csv is None:
-        raise UserError("--smooth needs --json FILE or --csv FILE, which is where smoothed poses go")
 
 
 def _estimate(parts: Sequence[Batch | FrameSource | None], settings: Settings, how: argparse.Namespace) -> int:

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from dockpose import Settings
 from dockpose.app.commands.arguments import is_split, turned
-from dockpose.app.commands.output import HeldLines, ResultWriter
+from dockpose.app.commands.output import ResultWriter
 from dockpose.app.errors import UserError
 from dockpose.app.export.recording import record
 from dockpose.app.export.recordings.ros import Seen
@@ -21,7 +21,6 @@ from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.processing.following import Followed, Following
 from dockpose.app.processing.parallel import Found, SequenceWork, found_in, split, workers
 from dockpose.sources import Callback, Frame, Frames, Live, Video, read_ahead
-from dockpose.tracking.smoother import Smoother
 
 if TYPE_CHECKING:
     from dockpose.app.export.mavlink import Autopilot
@@ -55,7 +54,6 @@ def estimate_sequence(
         autopilot = _begin_mavlink(frames, how, progress.tell, files)
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(frames, results, folder, files)
-        smoother = files.enter_context(_smoothed(run, settings, results)) if how.smooth else None
         bag = results.bag(source.name, files, progress.tell)
         for found, followed in run:
             tracked = followed.tracked
@@ -67,8 +65,6 @@ def estimate_sequence(
             seen = Seen(found.name, found.index, followed.estimate, followed.trust, tracked.track, vehicle=how.carrier)
             read = functools.partial(run.picture, found.index)
             keep = functools.partial(write_picture, found.index, found.time_s)
-            if smoother is not None:
-                smoother.note(tracked)
             results.write(line, f"{found.label}{time}", seen, read, keep, bag)
             progress.step(frames.dropped)
         if recording is not None and recording.has_failed:
@@ -133,19 +129,6 @@ class _Run:
                     self._tell(found.message)
                 else:
                     yield found, self._following.follow(found.estimate, found.time_s)
-
-
-@contextlib.contextmanager
-def _smoothed(run: _Run, settings: Settings, results: ResultWriter) -> Iterator[Smoother]:
-    """Hold the lines of all frames; at the end, or where it is stopped, they are written with their smoothed poses."""
-    smoother, held = Smoother(run.camera, settings), HeldLines()
-    results.held = held
-    try:
-        yield smoother
-    finally:
-        results.held = None
-        for line, smoothed in zip(held, smoother.poses(), strict=False):
-            results.record(line | {"smoothed": None if smoothed is None else smoothed.to_dict()})
 
 
 def _picture_writer(

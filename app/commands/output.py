@@ -6,10 +6,9 @@ import csv
 import dataclasses
 import functools
 import json
-import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import cv2
 import msgspec
@@ -21,7 +20,7 @@ from dockpose.app.export.data import CSV_COLUMNS, to_row
 from dockpose.app.export.recordings.ros import PoseFile, Seen
 from dockpose.app.inputs.protected import Protected
 from dockpose.app.state.trust import NO_POSE, Trust, headline_of
-from dockpose.files import GrowingFile, write_all, write_whole
+from dockpose.files import GrowingFile, write_whole
 from dockpose.text import as_text
 
 
@@ -30,7 +29,6 @@ class ResultWriter:
 
     def __init__(self, to: argparse.Namespace, files: contextlib.ExitStack) -> None:
         self.to = to  # the arguments that say where
-        self.held: HeldLines | None = None  # takes in the lines meanwhile, where they are to be smoothed first
         self._json = open_lines(to.json, files)
         csv_file = open_lines(to.csv, files)
         self._table = None if csv_file is None else csv.DictWriter(csv_file, CSV_COLUMNS)
@@ -71,10 +69,10 @@ class ResultWriter:
         check_stopped()
         if line["status"] == "method_failed":
             self.failures.append(line["message"])
-        if self.held is None:
-            self.record(line)
-        else:
-            self.held.add(line)
+        if self._json is not None:
+            write_line(self._json, line)
+        if self._table is not None:
+            self._table.writerow(to_row(line))
         if self.to.annotate is not None:
             keep(drawn())
         # Of a sequence, whose progress is shown, the files tell; of pictures by themselves a line tells too.
@@ -90,42 +88,12 @@ class ResultWriter:
         if self.frames > 1 and not self._is_silent:
             put(f"{self.docks} of {self.frames} pictures show a dock")
 
-    def record(self, line: dict[str, Any]) -> None:
-        """Write a frame's JSON object and row."""
-        if self._json is not None:
-            write_line(self._json, line)
-        if self._table is not None:
-            self._table.writerow(to_row(line))
-
 
 def _sentences(line: dict[str, Any], trust: Trust) -> str:
     trusted = "" if trust.verdict == NO_POSE else f" {trust.sentence}"
     is_open = line["status"] == "not_a_ring" and line["dock"]["lights"] is None
     hint = " Give --lights N if you know how many the dock has." if is_open else ""
     return f"{line['message']}{trusted}{hint}"
-
-
-class HeldLines:
-    """JSON objects that cannot be written yet, in a temporary file, since a recording may have very many."""
-
-    _name = f"a file in {tempfile.gettempdir()}"
-
-    def __init__(self) -> None:
-        with writing(self._name):
-            self._file: IO[bytes] = tempfile.TemporaryFile(prefix="dockpose-", buffering=0)  # noqa: SIM115  # till read
-        self._end = 0  # of the last whole line
-
-    def add(self, line: dict[str, Any]) -> None:
-        """Keep one more."""
-        with writing(self._name):
-            self._end += write_all(self._file, to_json(line).encode() + b"\n")
-
-    def __iter__(self) -> Iterator[dict[str, Any]]:
-        """Yield them in order, once."""
-        with self._file:
-            self._file.truncate(self._end)
-            self._file.seek(0)
-            yield from map(json.loads, self._file)
 
 
 class StandardOutput:

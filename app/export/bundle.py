@@ -138,11 +138,8 @@ class _Pose(msgspec.Struct, kw_only=True):
     sigma_theta_deg: tuple[_Number, _Number] | None = None
 
 
-class _Smoothed(_Pose, kw_only=True):
+class _Candidate(_Pose, kw_only=True):
     probability: _Chance | None
-
-
-class _Candidate(_Smoothed, kw_only=True):
     rms_px: _Number | None
 
 
@@ -195,7 +192,6 @@ class _Line(msgspec.Struct):
     chosen: _Pose | None = None
     predicted: _Pose | None = None
     filtered: _Pose | None = None
-    smoothed: _Smoothed | None = None
     found_by: str | None = None
 
     def __post_init__(self) -> None:

@@ -53,9 +53,9 @@ def _sigmas(name: str, sigma: str, columns: Sequence[str]) -> dict[str, str]:
     return lengths | _list(f"{name}_", f"{name}/{sigma}_theta_deg", columns[3:])
 
 
-# One pose of the frame, as other programs take it: the chosen candidate; as the frames before predict it, filtered over
-# the frames up to this one, and smoothed over all frames of the recording.
-_POSES = ("chosen", "predicted", "filtered", "smoothed")
+# One pose of the frame, as other programs take it: the chosen candidate; as the frames before predict it, and filtered
+# over the frames up to this one.
+_POSES = ("chosen", "predicted", "filtered")
 # Each column of a row, and the keys and places that lead to its value in a line of schema 1.
 _COLUMNS = {
     **_keys("", "", "source", "frame", "time_s", "time_unix_s", "status"),
@@ -68,7 +68,6 @@ _COLUMNS = {
     **_keys("track_", "track/", "probability", "age", "predicted", "lost"),
     **_keys("", "", "elapsed_ms", "message"),
     **dict(chain(*((_pose(name, name) | _sigmas(name, "sigma", SIGMA_COLUMNS)).items() for name in _POSES))),
-    "smoothed_probability": "smoothed/probability",
     **dict(chain(*(_sigmas(name, "sigma_total", TOTAL_COLUMNS).items() for name in _POSES))),
     "vehicle_frame": "vehicle/frame",
     **_list("vehicle_", "vehicle/position_m", SI_COLUMNS[:3]),

@@ -1,6 +1,5 @@
 """Tracking a dock over frames: the two pose hypotheses, their chains, and where to search next."""
 
-from dockpose.tracking.smoother import Smoothed, Smoother
 from dockpose.tracking.tracker import NO_TRACK, Track, Tracked, Tracker
 
-__all__ = ["NO_TRACK", "Smoothed", "Smoother", "Track", "Tracked", "Tracker"]
+__all__ = ["NO_TRACK", "Track", "Tracked", "Tracker"]

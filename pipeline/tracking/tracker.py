@@ -24,7 +24,7 @@ from dockpose.vehicle import Vehicle
 # each frame's evidence is down-weighted: by the first factor if the ring moved a pixel or more, by the second at rest.
 WORTH, WORTH_AT_REST = 0.4, 0.07
 # What the JSON line of a picture that belongs to no sequence has in place of a track's.
-NO_TRACK = {"track": None, "predicted": None, "filtered": None, "smoothed": None}
+NO_TRACK = {"track": None, "predicted": None, "filtered": None}
 _RIVAL_FRAMES = 2  # a dock seen elsewhere for this many frames, and the tracked one not, begins a new track
 
 
@@ -59,8 +59,6 @@ class Step:
 
     before: Hypotheses | None  # as predicted by the frames before it
     after: Hypotheses | None  # updated with it
-    worth: float  # weight of the frame's own evidence, 0 to 1
-    elapsed_s: float  # time since the frame before
 
     @property
     def goes_on(self) -> bool:
@@ -135,7 +133,6 @@ class Tracked:
             **guided(chosen, dock, camera, vehicle),
             "predicted": None if before is None or chain is None else before.chains[chain].pose(camera, dock).summary(),
             "filtered": None if after is None or chain is None else after.chains[chain].pose(camera, dock).summary(),
-            "smoothed": None,
             "track": asdict(self.track),
         }
 
@@ -216,22 +213,22 @@ class Tracker:
         ahead_m = 0.0 if before is None else before.chains[before.chosen].position_m[2]
         if before is None or before.gap_s > self.settings.lost_after_s or not ahead_m > 0:
             self._state, self._rival, self._elsewhere = Hypotheses.begin(found, self.settings, WORTH), None, 0
-            step, self._ring = Step(before, self._state, self._worth(found.ellipse), elapsed_s), found.ellipse
+            step, self._ring = Step(before, self._state), found.ellipse
             self._tracks += self._state is not None
             return _reported(found, step, self._tracks)
-        after, worth, rings = None, 0.0, list(rings_of(found))
+        after, rings = None, list(rings_of(found))
         for ring in sorted(rings, key=before.log_likelihood, reverse=True):
-            if after is None and not (rival and rival.log_likelihood(ring) > before.log_likelihood(ring)):
-                worth = self._worth(ring.ellipse)
-                if after := before.update(ring, self.settings, worth):
-                    found, self._ring = ring, ring.ellipse
+            if after is not None or (rival and rival.log_likelihood(ring) > before.log_likelihood(ring)):
+                continue
+            if after := before.update(ring, self.settings, self._worth(ring.ellipse)):
+                found, self._ring = ring, ring.ellipse
         self._state = after or before
         elsewhere = self._seen_elsewhere([ring for ring in rings if after is None or ring is not found], rival)
         self._elsewhere = self._elsewhere + 1 if elsewhere and after is None else 0
         if elsewhere and self._rival and self._elsewhere >= _RIVAL_FRAMES:
             found, self._state, self._rival = elsewhere, replace(self._rival, age=self._elsewhere), None
             self._tracks += 1
-        return _reported(found, Step(before, self._state, worth, elapsed_s), self._tracks)
+        return _reported(found, Step(before, self._state), self._tracks)
 
     def _seen_elsewhere(self, rings: list[Estimate], rival: Hypotheses | None) -> Estimate | None:
         """Track another dock than the tracked one as well; the ring of it, if any of these rings is."""

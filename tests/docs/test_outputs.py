@@ -20,7 +20,7 @@ from tests.docs.conftest import CAMERA, DOCK
 from tests.docs.pages import DOCS, first_columns
 
 PAGE = DOCS / "outputs.md"
-LIKE_CHOSEN = ("predicted", "filtered", "smoothed")
+LIKE_CHOSEN = ("predicted", "filtered")
 VEHICLE, WITH_ENTRANCE = Vehicle(T_body_camera=Mount()), Dock(0.30, 10, entrance=Entrance())
 
 
@@ -54,7 +54,7 @@ def test_fields_of_json_lines(written):
     # Those of the chosen pose and of the vehicle stand in the second column.
     assert chosen <= set(re.findall(r"`([^`]+)`", PAGE.read_text(encoding="utf-8")))
     parents = {name.rsplit(".", 1)[0] for name in written if "." in name}
-    assert told <= written | parents | {*LIKE_CHOSEN, "entrance", "dock.entrance", "smoothed.probability"}
+    assert told <= written | parents | {*LIKE_CHOSEN, "entrance", "dock.entrance"}
 
 
 def test_fields_of_a_rival_are_those_that_are_written():

@@ -262,32 +262,19 @@ def test_a_saturated_camera_is_told_once_what_to_do(here, capsys, monkeypatch):
     assert sum("saturated" in line for line in told) == 1
 
 
-@pytest.mark.slow
-def test_smoothed_poses_come_at_the_end_with_the_lines(tmp_path, refusal):
-    plain, smooth = tmp_path / "plain.jsonl", tmp_path / "smooth.jsonl"
-    scene = tmp_path / "scene.yaml"
-    motion = Approach(start_m=2.0, end_m=1.0, frames=12, rate_hz=10.0)
+def test_poses_over_frames_are_in_lines_and_rows(tmp_path):
+    scene, lines, table = tmp_path / "scene.yaml", tmp_path / "a.jsonl", tmp_path / "a.csv"
+    motion = Approach(start_m=2.0, end_m=1.8, frames=4, rate_hz=10.0)
     save_sequence(FilmPlan(scene=random_scene(3), motion=motion), scene)
-    assert main(["estimate", str(scene), "--json", str(plain)]) == 0
-    assert main(["estimate", str(scene), "--json", str(smooth), "--csv", str(tmp_path / "a.csv"), "--smooth"]) == 0
-    one, other = ([json.loads(line) for line in path.read_text().splitlines()] for path in (plain, smooth))
-    assert len(one) == len(other) == 12
-    for before, after in zip(one, other, strict=True):
-        changed = {key for key in before if before[key] != after[key]} - {"elapsed_ms"}
-        assert changed == {"smoothed"}
-        assert before["smoothed"] is None
-        assert 0.5 <= after["smoothed"]["probability"] <= 1
-        sigma, filtered = after["smoothed"]["sigma_position_m"], after["filtered"]["sigma_position_m"]
-        assert sigma[2] <= filtered[2] * (1 + 1e-9)
-        assert np.array(after["smoothed"]["covariance_m_rad"]).shape == (6, 6)
-    assert [line["predicted"] is None for line in one] == [True] + [False] * 11
-    rows = list(csv.DictReader((tmp_path / "a.csv").read_text().splitlines()))
-    for row, line in zip(rows, other, strict=True):
-        for name in ("chosen", "filtered", "smoothed"):
+    assert main(["estimate", str(scene), "--json", str(lines), "--csv", str(table)]) == 0
+    found = [json.loads(line) for line in lines.read_text().splitlines()]
+    assert [line["predicted"] is None for line in found] == [True] + [False] * 3
+    rows = list(csv.DictReader(table.read_text().splitlines()))
+    for row, line in zip(rows, found, strict=True):
+        for name in ("chosen", "filtered"):
             assert float(row[f"{name}_z_m"]) == line[name]["position_m"][2]
             assert float(row[f"{name}_sigma_theta_y_deg"]) == line[name]["sigma_theta_deg"][1]
     assert rows[0]["predicted_x_m"] == ""
-    assert "--smooth needs --json FILE or --csv FILE" in refusal("estimate", str(scene), "--smooth")
 
 
 @contextlib.contextmanager

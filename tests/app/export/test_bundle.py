@@ -92,7 +92,7 @@ def line_of(analysis, **changed):
         {"dock": {"diameter_m": 0}},
         {"settings": {"method": "magic"}},
         {"chosen": {"position_m": [0, 0]}},
-        {"smoothed": {"position_m": [0, 0, 1], "theta_x_deg": 0}},
+        {"filtered": {"position_m": [0, 0, 1], "theta_x_deg": 0}},
         {"candidates": [{"position_m": [0, 0, 1e300], "theta_x_deg": 0, "theta_y_deg": 0}]},
         {"track": {"probability": 2.0}},
         {"image": {"width": {"width": 1}}},

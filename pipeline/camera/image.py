@@ -4,11 +4,12 @@ import contextlib
 import io
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import cv2
 import numpy as np
 from dockpose.camera import tiff
+from dockpose.camera.stills import as_meant, is_cut_short, is_many, name_of
 from dockpose.files import FileError, read_small
 from dockpose.text import InputError
 from PIL import ExifTags, Image, UnidentifiedImageError
@@ -18,6 +19,10 @@ MAX_PIXELS = 100_000_000
 _MAX_BYTES = 200_000_000
 _STRIP_PIXELS = 500_000  # of which the alpha channel is applied at once
 _SIGNIFICANT_BITS = (10, 12, 14, 16)
+# All that Pillow tries, which knows many more formats, some of which take long; TIFF for its tags alone.
+_FORMATS = ("JPEG", "PNG", "GIF", "WEBP", "PPM", "BMP", "TIFF")
+_DEFECTS = 0.01  # of a picture's pixels; more are no defects of a sensor, of which one in 1,000 is a bad one
+_SPREAD = 1 / 8  # of a light's height, which its neighbours have at least, however sharp the lens
 ANIMATED = ("GIF", "WEBP", "PNG")  # as Pillow names them; the further pictures of a JPEG are its previews
 # EXIF's numbers of orientations: how a picture lies, and how far to turn it clockwise, where that sets it upright.
 _ORIENTATIONS = {
@@ -59,22 +64,27 @@ def decode(data: bytes, name: str = "image") -> np.ndarray:
         if len(pages) > 1:
             raise ImageError(f"{name}: has {len(pages)} pages, which are a sequence; open it by itself, like a video")
         return decode_page(pages[0], name)
+    if what := name_of(data):
+        raise ImageError(f"{name}: is {what}")
     width, height, pixel_bytes, is_animated, is_gif = _header(data, name)
     check_size(width, height, pixel_bytes, name)
     if is_animated:
         raise ImageError(f"{name}: is an animation, which is a sequence; open it by itself, like a video")
     if is_gif:  # not read by OpenCV before 4.11
-        with Image.open(io.BytesIO(data)) as picture:
+        with opened_quietly(io.BytesIO(data)) as picture:
             return of_pillow(picture, name)
     # OpenCV sets memory aside for as much as a damaged PNG says that follows.
-    image = None if _is_cut_short(data) else _decoded(data)
+    image = None if is_cut_short(data) else _decoded(data)
     if image is None:
         raise ImageError(f"{name}: the picture is damaged or cut short ({len(data)} bytes)")
+    if is_many(data, image.nbytes):
+        raise ImageError(f"{name}: holds several pictures, one after another; save each in a file of its own")
+    image = as_meant(image, data)
     return as_picture(image, name)
 
 
-def tiff_pages(data: Any, name: str) -> list[tiff.Page]:
-    """The pages of a TIFF, of bytes or what can be sliced to them. Raises ImageError, by ``name``, if it is damaged."""
+def tiff_pages(data: bytes | BinaryIO, name: str) -> list[tiff.Page]:
+    """The pages of a TIFF, of bytes or an open file. Raises ImageError, by ``name``, if it is damaged or raw."""
     try:
         return tiff.pages(data)
     except ValueError as error:
@@ -149,18 +159,41 @@ def darkest_channel(image: np.ndarray) -> np.ndarray | None:
     return None if np.array_equal(least, cv2.max(cv2.max(blue, green), red)) else least
 
 
-def significant_bits(grey: np.ndarray) -> int:
-    """Bits used: 8 of uint8; of uint16 the fewest of 10, 12, 14 and 16 that hold the maximum, as cameras store them."""
-    if grey.dtype == np.uint8:
+def significant_bits(image: np.ndarray) -> int:
+    """Bits used: 8 of uint8; of uint16 the fewest of 10, 12, 14 and 16 that hold all but hot pixels (H, W, ...)."""
+    if image.dtype == np.uint8:
         return 8
+    grey = image if image.ndim == 2 else image.max(axis=2)
     largest = int(grey.max())
-    return next(bits for bits in _SIGNIFICANT_BITS if largest < 1 << bits)
+    return next(bits for bits in _SIGNIFICANT_BITS if largest < 1 << bits or _are_defects(grey, 1 << bits))
+
+
+def without_defects(grey: np.ndarray) -> np.ndarray:
+    """A grey picture (H, W) in which nothing is above what its significant bits hold."""
+    top = (1 << significant_bits(grey)) - 1
+    return grey if grey.max() <= top else np.minimum(grey, np.array(top, grey.dtype))
+
+
+def _are_defects(grey: np.ndarray, least: int) -> bool:
+    """Whether all pixels (H, W) of at least a level are hot ones: few, and each alone, as no lens draws a light.
+
+    A light stands in its neighbours as well. Two hot pixels side by side are chance; three lights of two are not.
+    """
+    above = grey >= least
+    if np.count_nonzero(above) > _DEFECTS * grey.size:
+        return False
+    ys, xs = np.nonzero(above)
+    padded = np.pad(grey, 1)
+    around = np.sort([padded[ys + y, xs + x] for y in range(3) for x in range(3) if (y, x) != (1, 1)], axis=0)
+    water = around[3].astype(float)
+    stands = np.count_nonzero(around >= water + _SPREAD * (grey[ys, xs] - water), axis=0)
+    return bool(stands.max() < 2 and np.count_nonzero(stands) < 3)
 
 
 def to_levels(grey: np.ndarray) -> tuple[np.ndarray, int]:
     """Reduce a grey picture to 256 equal levels (uint8); also return how many native grey steps one level holds."""
     shift = significant_bits(grey) - 8
-    return (grey, 1) if shift == 0 else ((grey >> shift).astype(np.uint8), 1 << shift)
+    return (grey, 1) if shift == 0 else (np.minimum(grey >> shift, 255).astype(np.uint8), 1 << shift)
 
 
 def check_size(width: int, height: int, pixel_bytes: int, name: str) -> None:
@@ -195,10 +228,10 @@ def _header(data: bytes, name: str) -> tuple[int, int, int, bool, bool]:
 
 
 def opened_quietly(source: Path | io.BytesIO) -> Image.Image:
-    """Open a picture with Pillow, without its warnings."""
+    """Open a picture of a format that we read with Pillow, without its warnings."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return Image.open(source)
+        return Image.open(source, formats=_FORMATS)
 
 
 def is_animation(picture: Image.Image) -> bool:
@@ -213,21 +246,6 @@ def _decoded(data: bytes) -> np.ndarray | None:
     with contextlib.suppress(cv2.error):
         return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     return None
-
-
-def _is_cut_short(data: bytes) -> bool:
-    """Whether a PNG or JPEG file lacks its end; before 4.11, OpenCV gave out what there was of such a picture."""
-    if data.startswith(b"\x89PNG"):
-        start = 8
-        while (kind := data[start + 4 : start + 8]) not in (b"", b"IEND"):
-            start += 12 + int.from_bytes(data[start : start + 4], "big")
-        return kind == b""
-    if not data.startswith(b"\xff\xd8"):
-        return False
-    start = 2  # of each segment before the scan; a thumbnail in one of them has an end of its own
-    while data[start : start + 1] == b"\xff" and data[start + 1 : start + 2] != b"\xda":
-        start += 2 + int.from_bytes(data[start + 2 : start + 4], "big")
-    return b"\xff\xd9" not in data[start:]
 
 
 def _without_alpha(image: np.ndarray) -> np.ndarray:

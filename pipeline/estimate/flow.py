@@ -16,6 +16,7 @@ from dockpose.camera.image import (
     read_picture_file,
     significant_bits,
     to_grey,
+    without_defects,
 )
 from dockpose.checks import check_is
 from dockpose.dock import Dock
@@ -143,6 +144,7 @@ def picture_in(
     grey, counted = hide(grey, masks_within(settings.masks, part), hidden)
     if like is not None and (like.settings, like.camera.tone, like.found_by) != (settings, camera.tone, "search"):
         like = None
+    grey = without_defects(grey)
     return Picture(image, grey, histogram_of(grey, counted), part, width, height, like, camera.tone)
 
 

@@ -4,7 +4,6 @@ import glob
 import hashlib
 import io
 import itertools
-import mmap
 import re
 import threading
 from collections.abc import Sequence
@@ -50,9 +49,8 @@ class Pages(Indexed):
         self.rate_hz = self._asked_hz = rate_hz
         self._path, self._lock = Path(source), threading.Lock()
         try:
-            with self._path.open("rb") as file:
-                data = self._open.enter_context(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_COPY))
-            self._pages = decoding.tiff_pages(data, source) if is_tiff(data) else []
+            file = self._open.enter_context(self._path.open("rb"))
+            self._pages = decoding.tiff_pages(file, source) if is_tiff(file.read(4)) else []
             self._times_s = [] if self._pages else _times_s(self._path)
         except SourceError:
             raise
@@ -91,8 +89,7 @@ def has_pages(path: Path) -> bool:
             return False
         with path.open("rb") as file:
             if is_tiff(file.read(4)):
-                with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-                    return len(decoding.tiff_pages(data, str(path))) > 1
+                return len(decoding.tiff_pages(file, str(path))) > 1
         with decoding.opened_quietly(path) as picture:
             return decoding.is_animation(picture)
     except Exception:  # Pillow's readers raise many kinds on damaged files
@@ -127,7 +124,7 @@ def taken_unix_s(data: bytes) -> float | None:
     if not data.startswith(_WITH_EXIF):
         return None
     try:
-        with Image.open(io.BytesIO(data)) as picture:
+        with decoding.opened_quietly(io.BytesIO(data)) as picture:
             tags = picture.getexif().get_ifd(ExifTags.IFD.Exif)
         taken, zone = tags[ExifTags.Base.DateTimeOriginal], tags[ExifTags.Base.OffsetTimeOriginal]
         digits = str(tags.get(ExifTags.Base.SubsecTimeOriginal, "")).strip(" \0")

@@ -14,6 +14,7 @@ from dockpose.camera.image import (
     significant_bits,
     to_grey,
     to_levels,
+    without_defects,
 )
 from PIL import Image
 
@@ -122,6 +123,46 @@ def test_arrays_that_are_no_picture_are_refused(image, message):
 @pytest.mark.parametrize(("largest", "bits"), [(0, 10), (1023, 10), (1024, 12), (4095, 12), (4096, 14), (65535, 16)])
 def test_significant_bits_of_16_bit_pictures(largest, bits):
     assert significant_bits(np.array([[0, largest]], np.uint16)) == bits
+
+
+def lit(level, *extent, water=20, count=10):
+    """A picture (60, 80) of 16 bits with lights of an extent in pixels, 6 pixels apart."""
+    image = np.full((60, 80), water, np.uint16)
+    for x in range(6, 6 + 6 * count, 6):
+        image[10 : 10 + extent[0], x : x + extent[1]] = level
+    return image
+
+
+@pytest.mark.parametrize(("level", "water", "bits"), [(200, 20, 10), (530, 20, 10), (3000, 900, 12), (9000, 5000, 14)])
+@pytest.mark.parametrize("hot", [[(50, 40)], [(50, 40), (50, 41)], [(0, 0), (59, 79), (30, 5), (11, 7)]], ids=str)
+def test_hot_pixels_do_not_scale_a_picture(level, water, bits, hot):
+    image = lit(level, 3, 3, water=water)
+    for place in hot:
+        image[place] = 65535
+    assert significant_bits(image) == bits
+    assert significant_bits(np.dstack(3 * [image])) == bits
+    levels, step = to_levels(image)
+    assert step == 1 << bits - 8
+    for place in np.ndindex(image.shape):
+        assert levels[place] == (255 if place in hot else image[place] // step)
+    assert without_defects(image).max() == (1 << bits) - 1
+
+
+@pytest.mark.parametrize("extent", [(1, 2), (2, 1), (2, 2), (3, 3)])
+def test_lights_of_a_few_pixels_keep_their_levels_and_so_does_one_that_is_spread(extent):
+    image = lit(65535, *extent)
+    assert significant_bits(image) == 16
+    assert without_defects(image) is image
+    spread = lit(500, 3, 3, count=1)
+    spread[11, 6:9] = spread[10:13, 7] = 4000
+    spread[11, 7] = 20000  # the peak of a light of 3 x 3
+    assert significant_bits(spread) == 16
+
+
+def test_many_single_pixels_are_no_defects():
+    image = np.zeros((60, 80), np.uint16)
+    image[::2, ::2] = 65535
+    assert significant_bits(image) == 16
 
 
 def test_levels_of_16_bit_are_256_equal_bins():

@@ -112,7 +112,8 @@ def test_what_tifffile_has_no_codec_for_is_decoded_page_by_page(kind, tmp_path):
 def test_what_unpacks_to_more_than_its_size_is_refused():
     packed = zlib.compress(bytes(100_000_000))
     data = tiff(noise(np.uint8, 60, 80), compression="deflate")
-    (size,) = pages(data)[0].file.pages[0].databytecounts
+    with tifffile.TiffFile(io.BytesIO(data)) as file:
+        (size,) = file.pages.first.databytecounts
     (place,) = (at for at in range(len(data)) if data[at : at + 4] == struct.pack("<HH", 279, 4))
     assert struct.unpack("<I", data[place + 8 : place + 12]) == (size,)
     bomb = data[: place + 8] + struct.pack("<I", len(packed)) + data[place + 12 :]
@@ -139,3 +140,117 @@ def test_white_as_0_in_16_bits_where_opencv_unpacks_it():
     data = packed.replace(entry + struct.pack("<I", 1), entry + struct.pack("<I", 0))
     np.testing.assert_array_equal(decode(packed), grey)
     np.testing.assert_array_equal(decode(data), 65535 - grey)
+
+
+SMALL, LARGE = noise(np.uint16, 30, 40), noise(np.uint16, 60, 80)
+REDUCED, CFA, DNG = {"subfiletype": 1}, {"photometric": 32803}, {"extratags": [(50706, 1, 4, b"\1\4\0\0", True)]}
+NIKON = {"extratags": [(271, 2, 0, "NIKON CORPORATION", True)]}
+
+
+def written(*parts):
+    """A TIFF of pages, each with how it is written and, where a third is given, how many SubIFDs follow."""
+    file = io.BytesIO()
+    with tifffile.TiffWriter(file) as writer:
+        for pixels, how in parts:
+            writer.write(pixels, metadata=None, **{"photometric": "minisblack"} | how)
+    return file.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("parts", "name"),
+    [
+        ([(SMALL, REDUCED | DNG | {"subifds": 1}), (LARGE, CFA)], "DNG"),
+        ([(SMALL, REDUCED | NIKON | {"subifds": 2}), (SMALL, REDUCED), (LARGE, CFA)], "NIKON CORPORATION"),
+        ([(SMALL, NIKON | {"subifds": 2}), (LARGE, CFA), (SMALL, REDUCED)], "NIKON CORPORATION"),
+        ([(LARGE, CFA)], "CFA"),
+        ([(np.dstack(3 * [LARGE]), {"photometric": 34892})], "CFA"),
+        ([(SMALL, {}), (LARGE, CFA)], "CFA"),
+    ],
+)
+def test_a_raw_picture_is_refused_by_name_wherever_the_sensors_picture_stands(parts, name):
+    with pytest.raises(
+        ImageError, match=rf"^dock\.dng: is a raw picture of a camera \({name}\); convert it to TIFF or PNG$"
+    ):
+        decode(written(*parts), "dock.dng")
+
+
+def test_a_canon_raw_picture_is_known_by_its_head():
+    data = bytearray(written((SMALL, {})))
+    data += data[8:]
+    tags = int.from_bytes(data[4:8], "little")
+    moved = (
+        bytes(data[:4]) + struct.pack("<I", len(data)) + b"CR\2\0" + bytes(data[12:]) + bytes(data[tags : tags + 400])
+    )
+    with pytest.raises(ImageError, match=r"\(CR2\); convert it"):
+        decode(moved, "dock.cr2")
+
+
+@pytest.mark.parametrize("kind", [1, 4, 5])
+def test_a_smaller_version_alone_is_not_searched(kind):
+    data = written((SMALL, REDUCED), (SMALL[::2], REDUCED))
+    entry = struct.pack("<HHI", 254, 4, 1)
+    assert data.count(entry + b"\1\0") == 2
+    with pytest.raises(ImageError, match="holds nothing but a smaller version of a picture, or its mask"):
+        decode(data.replace(entry + b"\1", entry + bytes([kind])), "dock.tif")
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        [(LARGE, {"subifds": 2}), (SMALL, REDUCED), (SMALL[::2], REDUCED)],  # a pyramid
+        [(LARGE, {"subifds": 1}), (SMALL, {})],  # one that is not marked
+        [(SMALL, REDUCED | {"subifds": 1}), (LARGE, {})],
+        [(SMALL, REDUCED | {"subifds": 2}), (SMALL, REDUCED), (LARGE, {})],
+        [(SMALL, REDUCED), (LARGE, {})],
+        [(SMALL, {}), (LARGE, {})],
+        [(LARGE, {}), (SMALL, {})],
+    ],
+)
+def test_the_whole_picture_is_read_and_not_its_thumbnail(parts):
+    np.testing.assert_array_equal(decode(written(*parts)), LARGE)
+
+
+@pytest.mark.parametrize("how", [{}, {"compression": "deflate"}, "lzw"])
+def test_a_file_that_is_cut_while_it_is_open_gives_one_sentence(how, tmp_path):
+    path, stack = tmp_path / "dock.tif", [noise(np.uint16, 200, 300) for _ in range(3)]
+    if how == "lzw":
+        cv2.imwritemulti(str(path), stack, [cv2.IMWRITE_TIFF_COMPRESSION, 5])
+    else:
+        path.write_bytes(written(*((page, how) for page in stack)))
+    with path.open("rb") as file:
+        opened = pages(file)
+        np.testing.assert_array_equal(opened[0].decoded(), stack[0])
+        with path.open("r+b") as other:
+            other.truncate(path.stat().st_size // 2)
+        for page in opened[1:]:
+            with pytest.raises(ValueError, match="cut short"):
+                page.decoded()
+        np.testing.assert_array_equal(opened[0].decoded(), stack[0])
+
+
+def test_pages_that_are_cut_off_are_named_and_not_left_out():
+    data = written(*((page, {}) for page in (LARGE, LARGE + 1, LARGE + 2)))
+    with tifffile.TiffFile(io.BytesIO(data)) as file:
+        last = file.pages[2].offset
+    first, second, lost = pages(data[: last + 20])
+    assert first.size == second.size
+    with pytest.raises(ValueError, match="cut short"):
+        lost.decoded()
+
+
+@pytest.mark.parametrize("how", [{}, {"tile": (64, 64)}, {"rowsperstrip": 7}], ids=str)
+@pytest.mark.parametrize("file_how", [{}, {"bigtiff": True}, {"byteorder": ">"}], ids=str)
+def test_opencv_reads_the_page_alone_that_it_is_given(how, file_how):
+    levels = noise(np.uint8, 60, 80)
+    palette = np.tile(np.arange(256, dtype=np.uint16)[::-1] * 257, (3, 1))  # white is 0
+    file = io.BytesIO()
+    with tifffile.TiffWriter(file, **file_how) as writer:
+        for page in (levels, levels[::-1]):
+            writer.write(page, metadata=None, photometric="palette", colormap=palette, **how)
+    for page, wanted in zip(pages(file.getvalue()), (levels, levels[::-1]), strict=True):
+        np.testing.assert_array_equal(page.decoded(), np.dstack(3 * [255 - wanted]))
+
+
+def test_colours_that_are_none_are_refused_by_name():
+    with pytest.raises(ImageError, match="colours of the kind CIELAB, which is not read; save it as grey or RGB"):
+        decode(tiff(noise(np.uint8, 6, 8, 3), photometric="cielab"), "dock.tif")

@@ -1,0 +1,116 @@
+"""What files of stills say that OpenCV leaves out; and what else a file is, by its first bytes."""
+
+import re
+
+import numpy as np
+
+# Other programs' files by their first bytes: what to convert, and what else there is.
+_RAW = "a raw picture of a camera"
+_CONVERTED = {
+    f"{_RAW} (ORF, Olympus)": (b"IIRO", b"IIRS", b"MMOR"),
+    f"{_RAW} (RW2, Panasonic)": (b"IIU\0",),
+    f"{_RAW} (RAF, Fujifilm)": (b"FUJIFILMCCD-RAW",),
+    f"{_RAW} (X3F, Sigma)": (b"FOVb",),
+    f"{_RAW} (MRW, Minolta)": (b"\0MRM",),
+    f"{_RAW} (CRW, Canon)": (b"II\x1a\0\0\0HEAPCCDR",),
+    f"{_RAW} (CR3, Canon)": (b"ftypcrx ",),
+    "a HEIC picture": (b"ftyphei", b"ftyphev", b"ftypmif1", b"ftypmsf1"),
+    "an AVIF picture": (b"ftypavi",),
+    "a JPEG 2000 picture": (b"\0\0\0\x0cjP  ", b"\xff\x4f\xff\x51"),
+    "a JPEG XL picture": (b"\0\0\0\x0cJXL ", b"\xff\x0a"),
+    "a JPEG-LS picture": (b"\xff\xd8\xff\xf7",),
+    "a JPEG XR picture": (b"II\xbc",),
+    "an EPS drawing": (b"%!PS", b"\xc5\xd0\xd3\xc6"),
+    "an SVG drawing": (b"<svg",),
+    "a PDF document": (b"%PDF",),
+    "a Photoshop document": (b"8BPS",),
+    "a GIMP document": (b"gimp xcf",),
+    "an OpenEXR picture": (b"\x76\x2f\x31\x01",),
+    "a Radiance HDR picture": (b"#?RADIANCE", b"#?RGBE"),
+    "a DDS texture": (b"DDS ",),
+    "a QOI picture": (b"qoif",),
+    "an SGI picture": (b"\x01\xda",),
+    "a Sun raster picture": (b"\x59\xa6\x6a\x95",),
+    "an icon": (b"\0\0\1\0", b"icns"),
+    "a FITS picture": (b"SIMPLE  =",),
+    "a PAM picture": (b"P7\n",),
+    "a NumPy array": (b"\x93NUMPY",),
+    "an HDF5 file": (b"\x89HDF",),
+}
+_OTHERS = {
+    "an archive; unpack it": (b"PK\3\4", b"\x1f\x8b", b"7z\xbc\xaf", b"Rar!", b"\x28\xb5\x2f\xfd"),
+    "a web page, not a picture": (b"<!DOCTYPE html", b"<html"),
+    "what Git LFS leaves in place of a file; fetch it by git lfs pull": (b"version https://git-lfs",),
+    "a video or a sound; give it a name that ends like one, such as .mp4": (b"ftyp", b"\x1aE\xdf\xa3"),
+}
+_TGA_KINDS, _TGA_BITS = (1, 2, 3, 9, 10, 11), (8, 15, 16, 24, 32)
+_TRANSPARENT = b"tRNS"  # a PNG's chunk that names the transparent grey level or colour
+_PNM = re.compile(rb"P([2356])" + 3 * rb"(?:\s|#[^\n]*\n)+(\d+)")  # kind, width, height and white
+_PNM_BITS = (8, 10, 12, 14, 16)
+
+
+def name_of(data: bytes) -> str:
+    """What a file is by its content, and what to do with it, to follow "is"; empty where it is not known."""
+    head = data[4:] if data[4:8] == b"ftyp" else data  # ISO 14496-12: a box's length, its kind, and the file's brand
+    names = (name for name, starts in (_CONVERTED | _OTHERS).items() if head.startswith(starts))
+    name = next(names, "") or _without_start(data)
+    return name if not name or name in _OTHERS else f"{name}; convert it to PNG or TIFF"
+
+
+def _without_start(data: bytes) -> str:
+    """Name of a format that does not begin with bytes of its own."""
+    if data[128:132] == b"DICM":
+        return "a DICOM picture"
+    if data.startswith(b"<?xml") and b"<svg" in data[:4096]:
+        return "an SVG drawing"
+    is_tga = len(data) > 18 and data[2] in _TGA_KINDS and data[1] == (data[2] in (1, 9)) and data[16] in _TGA_BITS
+    return "a TGA picture" if is_tga and b"\0\0" not in (data[12:14], data[14:16]) else ""
+
+
+def is_many(data: bytes, pixel_bytes: int) -> bool:
+    """Whether a PNM is followed by another one, as programs write them to a pipe."""
+    header = _PNM.match(data)
+    return header is not None and data[header.end() + 1 + pixel_bytes :][:2] == data[:2]
+
+
+def as_meant(image: np.ndarray, data: bytes) -> np.ndarray:
+    """What a file means by the levels (H, W, ...) that OpenCV gives: a PNM's white, a PNG's transparent grey."""
+    if header := _PNM.match(data):
+        return _of_pnm(image, int(header[4]), header[1])
+    if data.startswith(b"\x89PNG") and data[25] in (0, 2) and _TRANSPARENT in data[: data.find(b"IDAT")]:
+        return _with_transparent_black(image, data)
+    return image
+
+
+def _of_pnm(image: np.ndarray, white: int, kind: bytes) -> np.ndarray:
+    """A PNM's levels on a scale of whole bits."""
+    top = (1 << next(bits for bits in _PNM_BITS if white < 1 << bits)) - 1
+    if white == top or (top == 255 and kind in b"23"):  # words, which OpenCV scales
+        return image
+    levels = np.arange(np.iinfo(image.dtype).max + 1)
+    return np.rint(np.minimum(levels, white) * (top / white)).astype(image.dtype)[image]
+
+
+def _with_transparent_black(image: np.ndarray, data: bytes) -> np.ndarray:
+    """A PNG's grey levels (H, W) or colours, of which one is transparent, for which OpenCV looks in colours alone."""
+    at = data.index(_TRANSPARENT) + len(_TRANSPARENT)
+    bits, count = data[24], 3 if data[25] == 2 else 1
+    level = np.frombuffer(data[at : at + 2 * count], ">u2")[::-1] * (255 // ((1 << bits) - 1) if bits < 8 else 1)
+    seen = np.atleast_3d(image)[:, :, :count]
+    image[(seen == level).all(axis=2)] = 0
+    return image
+
+
+def is_cut_short(data: bytes) -> bool:
+    """Whether a PNG or JPEG file lacks its end; before 4.11, OpenCV gave out what there was of such a picture."""
+    if data.startswith(b"\x89PNG"):
+        start = 8
+        while (kind := data[start + 4 : start + 8]) not in (b"", b"IEND"):
+            start += 12 + int.from_bytes(data[start : start + 4], "big")
+        return kind == b""
+    if not data.startswith(b"\xff\xd8"):
+        return False
+    start = 2  # of each segment before the scan; a thumbnail in one of them has an end of its own
+    while data[start : start + 1] == b"\xff" and data[start + 1 : start + 2] != b"\xda":
+        start += 2 + int.from_bytes(data[start + 2 : start + 4], "big")
+    return b"\xff\xd9" not in data[start:]

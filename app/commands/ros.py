@@ -17,11 +17,12 @@ from dockpose.app.state.trust import headline_of
 from dockpose.camera.image import ImageError
 from dockpose.sidecar import load_dock
 from dockpose.sources import Frame
-from dockpose.sources.bags.messages import camera_in, picture_in
+from dockpose.sources.bags.messages import camera_in, is_rectified, picture_in
 from dockpose.thresholds import METHODS
 
 _ERROR = 2  # of diagnostic_msgs/DiagnosticStatus
 NAME = "dockpose"
+_UNREAD = ("ffmpeg", "foxglove", "theora", "zstd", "compressedDepth")  # last parts of topics, by their transports
 KNOWN = {"method": {"choices": METHODS, "default": "hats"}}
 
 
@@ -39,9 +40,12 @@ class NodeLogic:
     ) -> None:
         self._tell, self._dock, self._settings, self._vehicle = tell, dock, settings, vehicle
         self._camera, self._is_configured = camera, camera is not None
-        self.image_topic, self.is_compressed = image_topic, image_topic.endswith("/compressed")
-        parts = image_topic.removesuffix("/compressed").rsplit("/", 1)
-        self._name, self.info_topic = parts[-1], f"{parts[0]}/camera_info"
+        self.image_topic, transport = image_topic, image_topic.rpartition("/")[2]
+        self.is_compressed = transport == "compressed"
+        if transport in _UNREAD:
+            raise UserError(f"{image_topic}: {transport} is not read by the node; republish it as raw or compressed")
+        plain = image_topic.removesuffix("/compressed")
+        self.info_topic, self._info = f"{plain.rpartition('/')[0]}/camera_info", None
         self._told: set[str] = set()
         self._frames = 0
         self.restart()
@@ -51,19 +55,25 @@ class NodeLogic:
         self._following: Following | None = None
 
     def take_camera_info(self, message: Any) -> None:
-        """Take the camera from a ``sensor_msgs/CameraInfo``; one that was configured has precedence."""
-        if self._is_configured:
-            return
+        """Keep a ``sensor_msgs/CameraInfo`` for the next picture; a camera that was configured has precedence."""
+        self._info = message
+
+    def _camera_of(self, height: int, width: int) -> Camera:
+        """The camera of pictures of that size."""
+        if self._camera is not None and self._is_configured:
+            return self._camera
+        if self._info is None:
+            raise UserError(f"no camera is known yet: {self.info_topic} is silent, and no camera file is given")
         try:
-            camera = camera_in(message, "rect" in self._name)
+            camera = camera_in(self._info, (width, height), self._tell_once, is_rectified(self.image_topic))
         except ValueError as error:
-            self._tell_once(f"{self.info_topic} cannot be used: {error}")
-            return
+            raise UserError(f"{self.info_topic} cannot be used: {error}") from error
         if camera is None:
-            self._tell_once(f"{self.info_topic} is of a camera that was not calibrated")
-        elif camera != self._camera:
+            raise UserError(f"{self.info_topic} is of a camera that was not calibrated")
+        if camera != self._camera:
             self._camera = camera
             self.restart()
+        return camera
 
     def take_image(self, message: Any, now_s: float) -> list[Message]:
         """Search a picture."""
@@ -82,11 +92,10 @@ class NodeLogic:
             return [("/diagnostics", {"header": header(time_s, frame_id)} | trouble)]
 
     def _searched(self, message: Any, time_s: float, frame_id: str, number: int) -> list[Message]:
-        if self._camera is None:
-            raise UserError(f"no camera is known yet: {self.info_topic} is silent, and no camera file is given")
         picture = picture_in(message, self.image_topic)
+        camera = self._camera_of(*picture.shape[:2])
         if self._following is None:
-            self._following = Following(self._camera, self._dock, self._settings, self._tell, is_live=True)
+            self._following = Following(camera, self._dock, self._settings, self._tell, is_live=True)
         followed = self._following.see(Frame(picture, number, time_s, self.image_topic))
         found, trust = followed.estimate, followed.trust
         drawn = annotate(picture, found, headline=headline_of(trust))

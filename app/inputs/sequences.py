@@ -63,9 +63,8 @@ class FrameSource:
                 raise
             self.discard()
             raise UserError(str(error).replace(self.source, self.name)) from error
-        topic = getattr(frames, "camera_topic", None)
-        if topic is not None and frames.camera is not None and self.camera is None:
-            tell(f"{self.name}: the camera is that of the bag's topic {topic}")
+        for note in frames.camera_notes if self.camera is None else ():
+            tell(f"{self.name}: {note}")
         frames.camera, frames.dock = self.camera or frames.camera, self.dock or frames.dock
         frames.turn(self.rotate_deg)
         return frames

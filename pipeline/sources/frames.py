@@ -83,7 +83,9 @@ class Frames(abc.ABC):
     dropped : int
         Frames of a live source so far that arrived faster than they were taken.
     camera : Camera or None
-        The camera of a simulated course; None for other sources.
+        The camera of a simulated course, or that a bag describes; None for other sources.
+    camera_notes : list of str
+        Where ``camera`` is from, and what was taken for granted; or why none of a bag's cameras is used.
     dock : Dock or None
         The dock of a simulated course; None for other sources.
     """
@@ -97,6 +99,7 @@ class Frames(abc.ABC):
 
     def __init__(self, source: str, tell: Callback | None = None) -> None:
         self.source = source
+        self.camera_notes: list[str] = []
         self.skipped = 0
         self.is_cut_short = False
         self._tell: Callback = tell or (lambda text: None)

@@ -23,7 +23,7 @@ from dockpose.app.state.view import open_source
 from dockpose.camera.files import FORMATS, save_camera
 from dockpose.camera.port import FlatPort
 from dockpose.files import to_yaml
-from dockpose.sources.bags.video import FFMPEG_PACKET, FOXGLOVE
+from dockpose.sources.bags.decoding import FFMPEG_PACKET
 from dockpose.tracking.tracker import Tracker
 from mcap.writer import CompressionType
 
@@ -201,7 +201,7 @@ def bags() -> list[bytes]:
             ]
             ros.write_mcap(path, entries, compression=compression)
             written.append(path.read_bytes())
-        for kind in (FOXGLOVE, FFMPEG_PACKET):
+        for kind in (videos_in_bags.FOXGLOVE, FFMPEG_PACKET):
             written.append(videos_in_bags.write(path, kind, "h264", videos_in_bags.packets("h264", 4)).read_bytes())
     return written
 

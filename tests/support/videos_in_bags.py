@@ -6,7 +6,7 @@ from typing import Any
 
 import av
 import numpy as np
-from dockpose.sources.bags.video import DEFINITIONS, FFMPEG_PACKET, FOXGLOVE, FOXGLOVE_ROS
+from dockpose.sources.bags.decoding import DEFINITIONS, FFMPEG_PACKET
 from mcap.writer import Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -15,6 +15,7 @@ from tests.support import bags
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 for _name, _definition in DEFINITIONS.items():
     STORE.register(get_types_from_msg(_definition, _name))
+FOXGLOVE, FOXGLOVE_ROS = "foxglove.CompressedVideo", "foxglove_msgs/msg/CompressedVideo"
 GROUP = 12  # frames from one key frame to the next
 
 

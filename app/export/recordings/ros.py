@@ -20,7 +20,7 @@ from dockpose.files import GrowingFile
 from dockpose.guidance import entrance_of
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.uncertainty import UNKNOWN_ANGLE_RAD2, UNKNOWN_LENGTH_M2
-from dockpose.sources.bags.messages import CAMERA_INFO
+from dockpose.sources.bags.decoding import CAMERA_INFO
 from dockpose.tracking import Track
 from dockpose.vehicle import BodyPose
 

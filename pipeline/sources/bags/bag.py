@@ -1,11 +1,10 @@
 """A topic of a bag as frames, in order and by index."""
 
 import contextlib
-import struct
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import partial
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
@@ -13,10 +12,21 @@ from typing import Any
 from dockpose.camera.camera import Camera
 from dockpose.files import FileError, read_yaml
 from dockpose.sources.bags import storage
-from dockpose.sources.bags.messages import CAMERA_INFO, COMPRESSED, IMAGE, camera_in, picture_in
+from dockpose.sources.bags.decoding import (
+    CAMERAS,
+    COMPRESSED_KINDS,
+    IMAGE,
+    PICTURES,
+    VIDEO,
+    fields_of,
+    frame_of,
+    is_read,
+    stamp_ns,
+)
+from dockpose.sources.bags.messages import camera_in, is_rectified, picture_in
 from dockpose.sources.bags.sqlite_file import SqliteFile
 from dockpose.sources.bags.storage import BAG_METADATA, Message, Place, Storage, Topic
-from dockpose.sources.bags.video import DEFINITIONS, VIDEO, FoxgloveVideo, Packet, Packets
+from dockpose.sources.bags.video import Packet, Packets, codec_of
 from dockpose.sources.ffmpeg import picture_of
 from dockpose.sources.frames import Callback, Frame, Indexed, SourceError, growing
 from dockpose.sources.pictures import numeric
@@ -111,10 +121,11 @@ def _described(folder: Path) -> tuple[list[Path], bool]:
     return paths, str(about.get("compression_mode", "")).lower() == "message"
 
 
-_PICTURES = {(kind, encoding) for kind in (IMAGE, COMPRESSED) for encoding in ("cdr", "ros1")} | VIDEO
 # Clocks that begin with a program or a simulation count from 0; this is in 1973, before anything was recorded.
 _LEAST_UNIX_NS = 10**17
 _DECIMALS = 9
+_TRIED = 50  # pictures at the beginning of which one must be whole, so that its size is known
+_OF_CAMERAS = ("info", "camera_info", "calibration")  # names of what is around the topic of a camera
 
 
 @dataclass
@@ -131,38 +142,18 @@ class _Index:
         """Go through a file of the bag."""
         for message in file.messages():
             topic = message.topic
-            if topic[1:] in _PICTURES:
-                entry = file, message.place, message.time_ns, _stamp_ns(message)
+            if topic.kind in PICTURES and is_read(topic):
+                entry = file, message.place, message.time_ns, stamp_ns(topic, message.data)
                 self.frames.setdefault(topic.name, []).append(entry)
-            elif topic.kind == CAMERA_INFO:
+            elif topic.kind in CAMERAS and is_read(topic):
                 self.cameras.setdefault(topic.name, message)
         self.topics.update({topic.name: topic for topic in file.topics.values()})
 
 
-def _stamp_ns(message: Message) -> int | None:
-    """The time stamp in the head of a message, in nanoseconds; None where it cannot be read."""
-    try:
-        if message.topic.encoding == "protobuf":
-            return FoxgloveVideo(message.data).stamp_ns
-        head = message.data[:12]
-        if message.topic.encoding == "ros1":
-            _, seconds, nanoseconds = struct.unpack("<III", head)
-        else:
-            seconds, nanoseconds = struct.unpack("<iI" if head[1] & 1 else ">iI", head[4:])
-    except (struct.error, IndexError):
-        return None
-    return seconds * 10**9 + nanoseconds
-
-
-def _fields(topic: Topic, data: bytes) -> Any:
-    """A message with its fields. Raises SourceError where it is damaged."""
-    try:
-        if topic.encoding == "protobuf":
-            return FoxgloveVideo(data)
-        store = _store(topic.encoding)
-        return (store.deserialize_ros1 if topic.encoding == "ros1" else store.deserialize_cdr)(data, topic.kind)
-    except Exception as error:  # which errors damaged bytes raise is not documented
-        raise SourceError(f"the message is damaged ({len(data)} bytes)") from error
+def _words(topic: Topic) -> str:
+    """The type of a topic's messages, and their encoding where that is what cannot be read."""
+    is_unread = topic.kind in PICTURES and not is_read(topic)
+    return f"{topic.kind} in {topic.encoding}, which is not read" if is_unread else topic.kind or topic.encoding
 
 
 class Bag(Indexed):
@@ -181,10 +172,10 @@ class Bag(Indexed):
             self._tell_faults()
             if not self._frames:
                 raise SourceError(f"{source}: has no message of the topic {self.topic}")
-            is_video = self._topic[1:] in VIDEO
-            self._packets = Packets(self.count, lambda at: Packet(self._message(at))) if is_video else None
+            self._packets = Packets(self.count, lambda at: Packet(self._message(at))) if self._is_video() else None
             self._set_clock()
-            self.camera, self.camera_topic = self._camera(index)  # and where it is from; None where there is none
+            if index.cameras:
+                self._describe_camera(index)
         except BaseException as error:
             self.close()
             if isinstance(error, SourceError) and not str(error).startswith(source):
@@ -193,7 +184,7 @@ class Bag(Indexed):
 
     def _message(self, index: int) -> Any:
         file, place, _, _ = self._frames[index]
-        return _fields(self._topic, file.read(place))
+        return fields_of(self._topic, file.read(place))
 
     def _frame(self, index: int) -> Frame:
         name = f"{self.source}: frame {index}"
@@ -212,19 +203,19 @@ class Bag(Indexed):
     def _chosen(self, index: _Index, topic: str | None) -> str:
         """The topic that was asked for, or the only one with pictures."""
         known = index.topics
-        pictures = sorted(name for name, one in known.items() if one[1:] in _PICTURES)
+        pictures = sorted(name for name, one in known.items() if one.kind in PICTURES and is_read(one))
         if topic is not None:
             wanted = topic if topic in known or topic.startswith("/") else f"/{topic}"
             if wanted in pictures:
                 return wanted
-            there = f"it is {known[wanted].kind}" if wanted in known else "there is no such topic"
+            there = f"it is {_words(known[wanted])}" if wanted in known else "there is no such topic"
             listed = f"pictures are on {', '.join(pictures)}" if pictures else "no topic has pictures"
             raise SourceError(f"{self.source}: topic {topic}: {there}; {listed}")
         if not pictures:
             faults = [fault for file in self._storages for fault in file.faults]
             if faults:
                 raise SourceError(f"{self.source}: no topic of the bag has pictures that can be read: {faults[0]}")
-            others = ", ".join(f"{name} ({one.kind or one.encoding})" for name, one in sorted(known.items()))
+            others = ", ".join(f"{name} ({_words(one)})" for name, one in sorted(known.items()))
             raise SourceError(f"{self.source}: no topic of the bag has pictures; its topics are {others or 'none'}")
         if len(pictures) > 1:
             raise SourceError(f"{self.source}: which topic? Say --topic with one of {', '.join(pictures)}")
@@ -257,25 +248,68 @@ class Bag(Indexed):
         # One that cannot be read, or has none, has that of the picture before.
         return list(accumulate(stamps_ns, lambda last, each: each or last, initial=first_ns))[1:]
 
-    def _camera(self, index: _Index) -> tuple[Camera | None, str | None]:
-        """The camera that the topic beside that of the pictures describes, and that topic."""
-        above = self.topic.rsplit("/", 1)[0]
-        names = [f"{above}/camera_info", f"{above.rsplit('/', 1)[0]}/camera_info"]  # of a compressed one, one level up
-        # By the name that ROS gives to pictures of which a program took the distortion out.
-        is_rectified = "rect" in self.topic.removesuffix("/compressed").rsplit("/")[-1]
-        for name in names[: 1 if self._topic.kind == IMAGE else 2]:
-            if name not in index.cameras:
-                continue
-            message = index.cameras[name]
+    def _is_video(self) -> bool:
+        """Whether the messages are packets of a video, by their type, or by the format of the first that is whole."""
+        if self._topic.kind not in COMPRESSED_KINDS:
+            return self._topic.kind in VIDEO
+        for at in range(len(self._frames)):
+            with contextlib.suppress(SourceError):
+                return codec_of(self._message(at).format) is not None
+        return False
+
+    def _first_readable(self) -> tuple[str, tuple[int, int] | None]:
+        """The frame of reference of the first picture that can be read, and its width and height; None of none."""
+        first = 0 if self._packets is None else self._packets.first_key()
+        for at in range(first, min(first + _TRIED, len(self._frames))):
+            with contextlib.suppress(ValueError):
+                height, width = self._frame(at).image.shape[:2]
+                return frame_of(self._message(at)), (width, height)
+        return "", None
+
+    def _describe_camera(self, index: _Index) -> None:
+        """Take the camera of the pictures from a topic beside them, where it can be theirs; the notes tell of it."""
+        frame, size = self._first_readable()
+        if size is None:
+            return
+        above = self.topic.rpartition("/")[0]  # of what is compressed or packed, the topic is one level up
+        beside = [f"{above}/camera_info", f"{above.rpartition('/')[0]}/camera_info"][
+            : 1 if self._topic.kind == IMAGE else 2
+        ]
+        usual = next((name for name in beside if name in index.cameras), None)
+        near = self._near(index, frame) if usual is None else {usual}
+        found: dict[Camera, tuple[str, list[str]]] = {}
+        for name in sorted(near):
+            message, notes = index.cameras[name], list[str]()
             try:
-                camera = camera_in(_fields(message.topic, message.data), is_rectified)
+                camera = camera_in(fields_of(message.topic, message.data), size, notes.append, is_rectified(self.topic))
             except ValueError as error:
-                self._tell(f"{self.source}: the camera of {name} cannot be used ({error})")
+                self.camera_notes.append(f"the camera of {name} cannot be used ({error})")
                 continue
-            if camera is not None:
-                return camera, name
-            self._tell(f"{self.source}: the camera of {name} was not calibrated (its focal length is 0)")
-        return None, None
+            if camera is None:
+                self.camera_notes.append(f"the camera of {name} was not calibrated (its focal length is 0)")
+            elif camera not in found:
+                found[camera] = name, notes
+        if len(found) == 1:
+            self.camera, (name, notes) = found.popitem()
+            self.camera_notes = [f"the camera is that of the bag's topic {name}", *notes]
+        elif usual is None:
+            why = "more than one of them may be" if found else "none of them is surely"
+            known = ", ".join(sorted(index.cameras))
+            self.camera_notes.append(f"its cameras are on {known}; {why} that of {self.topic}, so give it as a file")
+
+    def _near(self, index: _Index, frame: str) -> set[str]:
+        """Topics of cameras that are beside or above that of the pictures, by whatever name, or of the same frame."""
+        found = dict[str, int]()
+        for name, message in index.cameras.items():
+            with contextlib.suppress(SourceError):
+                own = frame_of(fields_of(message.topic, message.data))
+                parts = name.split("/")[:-1]
+                while parts and parts[-1] in _OF_CAMERAS:
+                    parts.pop()
+                is_above = self.topic.split("/")[: len(parts)] == parts
+                if own == frame if own and frame else is_above:
+                    found[name] = len(parts) if is_above else 0
+        return {name for name, depth in found.items() if depth == max(found.values())}
 
     def _tell_faults(self) -> None:
         for fault in [fault for file in self._storages for fault in file.faults]:
@@ -286,14 +320,3 @@ class Bag(Indexed):
             self._tell(f"{self.source}: the bag is cut short: {frames} there")
         elif self._is_unfinished:
             self._tell(f"{self.source}: the bag was not closed, as it has no metadata.yaml: {frames} there")
-
-
-@lru_cache(maxsize=2)
-def _store(encoding: str) -> Any:
-    """What reads messages; it compiles itself for each type of message, which takes longer than many messages."""
-    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-
-    store = get_typestore(Stores.ROS1_NOETIC if encoding == "ros1" else Stores.ROS2_HUMBLE)
-    for name, definition in DEFINITIONS.items():
-        store.register(get_types_from_msg(definition, name))
-    return store

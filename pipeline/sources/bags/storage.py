@@ -2,6 +2,7 @@
 
 import abc
 import bz2
+import re
 import struct
 import threading
 from collections.abc import Iterator
@@ -10,6 +11,7 @@ from typing import NamedTuple
 
 from dockpose.sources.frames import SourceError
 
+FOXGLOVE = "foxglove_msgs/msg/"  # before the names of its types
 BAG_METADATA = "metadata.yaml"  # beside the files of rosbag2
 # Of a chunk or message, expanded. Recorders make chunks of a few MB, or of one message where that is larger: a colour
 # picture of 16 bits and 40 megapixels has 240 MB.
@@ -101,8 +103,18 @@ class Storage(abc.ABC):
         """Release the file."""
 
 
+# Foxglove's types as Protocol Buffers, IDL and BlueROV's recorder call them, and ROS's as DDS does.
+_OF_FOXGLOVE = "RawImage|CompressedImage|CompressedVideo|CameraCalibration"
+_FOXGLOVE_NAME = re.compile(rf"foxglove(?:_msgs)?(?:\.|::|/)(?:msg(?:::|/))?({_OF_FOXGLOVE})")
+_DDS_NAME = re.compile(r"(\w+)::msg::(?:dds_::)?(\w+?)_?")
+
+
 def kind_of_message(name: str) -> str:
     """Name of a message's type as ROS 2 spells it: "sensor_msgs/Image" is "sensor_msgs/msg/Image"."""
+    if found := _FOXGLOVE_NAME.fullmatch(name):
+        return f"{FOXGLOVE}{found[1]}"
+    if found := _DDS_NAME.fullmatch(name):
+        return f"{found[1]}/msg/{found[2]}"
     package, _, rest = name.partition("/")
     return name if "/" in rest or not rest else f"{package}/msg/{rest}"
 

@@ -1,6 +1,5 @@
 """Video in bags: a packet of H.264 or H.265 in each message, with the bag's times."""
 
-import struct
 from collections.abc import Callable
 from typing import Any
 
@@ -9,18 +8,15 @@ from av.codec.context import Flags
 from av.error import FFmpegError
 from dockpose.sources.frames import SourceError
 
-FOXGLOVE, FOXGLOVE_ROS = "foxglove.CompressedVideo", "foxglove_msgs/msg/CompressedVideo"
-FFMPEG_PACKET = "ffmpeg_image_transport_msgs/msg/FFMPEGPacket"
-VIDEO = {(FOXGLOVE, "protobuf"), (FOXGLOVE_ROS, "cdr"), (FFMPEG_PACKET, "cdr")}  # types, and how they are serialised
-DEFINITIONS = {
-    FOXGLOVE_ROS: "builtin_interfaces/Time timestamp\nstring frame_id\nuint8[] data\nstring format\n",
-    FFMPEG_PACKET: "std_msgs/Header header\nint32 width\nint32 height\nstring encoding\nuint64 pts\nuint8 flags\n"
-    "bool is_bigendian\nuint8[] data\n",
-}
 _NEAR, _KEPT = 64, 32  # frames this far ahead are reached by reading on; so many that were decoded are kept
 _CODECS = {"264": "h264", "avc": "h264", "265": "hevc", "hevc": "hevc"}
 # Kinds of units with which decoding can begin: pictures of their own, and the sets of parameters before them.
 _KEYS = {"h264": {5, 7}, "hevc": {*range(16, 22), 32, 33}}
+
+
+def codec_of(name: str) -> str | None:
+    """The coding that a message names, whatever it calls it; None where it names none that is read."""
+    return next((codec for part, codec in _CODECS.items() if part in name.lower()), None)
 
 
 class Packet:
@@ -29,10 +25,10 @@ class Packet:
     def __init__(self, message: Any) -> None:
         self.data = bytes(memoryview(message.data))
         name = getattr(message, "format", None) or getattr(message, "encoding", "")
-        found = [codec for part, codec in _CODECS.items() if part in name.lower()]
-        if not found:
+        codec = codec_of(name)
+        if codec is None:
             raise SourceError(f"has video of the format {name!r}; h264 and h265 are read")
-        self.codec = found[0]
+        self.codec = codec
 
     @property
     def is_key(self) -> bool:
@@ -66,6 +62,10 @@ class Packets:
         self._next = next((at for at in range(index, -1, -1) if self._is_key(at)), index)
         self._context, self._fault = None, ""
         self._done.clear()
+
+    def first_key(self) -> int:
+        """The number of the first packet with which decoding can begin; 0 where there is none."""
+        return next((at for at in range(self._count) if self._is_key(at)), 0)
 
     def _is_key(self, index: int) -> bool:
         try:
@@ -101,43 +101,3 @@ class Packets:
         coded = av.Packet(packet.data)
         coded.pts = coded.dts = number
         return self._context.decode(coded)
-
-
-class FoxgloveVideo:
-    """A message ``foxglove.CompressedVideo`` in Protocol Buffers: time stamp, frame, data and format are 1 to 4."""
-
-    def __init__(self, data: bytes) -> None:
-        _, fields = _fields(data)
-        stamp, _ = _fields(fields.get(1, b""))
-        if max(stamp.values(), default=0) >= 1 << 32:  # beyond which ROS has no time either
-            raise struct.error("a time stamp that cannot be")
-        self.stamp_ns = stamp.get(1, 0) * 10**9 + stamp.get(2, 0)
-        self.data, self.format = fields.get(3, b""), fields.get(4, b"").decode("utf-8", "replace")
-
-
-def _fields(data: bytes) -> tuple[dict[int, int], dict[int, bytes]]:
-    """The numbers and the bytes of a message, by their keys; struct.error or IndexError where it is damaged."""
-    numbers, found, at = dict[int, int](), dict[int, bytes](), 0
-    while at < len(data):
-        key, at = _varint(data, at)
-        kind = key & 7
-        if kind == 0:
-            numbers[key >> 3], at = _varint(data, at)
-        elif kind == 2:
-            length, at = _varint(data, at)
-            found[key >> 3], at = data[at : at + length], at + length
-        else:
-            at += {1: 8, 5: 4}.get(kind, len(data) + 1)
-    if at > len(data):
-        raise struct.error("a field is longer than its message")
-    return numbers, found
-
-
-def _varint(data: bytes, at: int) -> tuple[int, int]:
-    value = shift = 0
-    while shift < 64:
-        byte = data[at]
-        value, at, shift = value | (byte & 127) << shift, at + 1, shift + 7
-        if byte < 128:
-            return value, at
-    raise struct.error("a number without end")

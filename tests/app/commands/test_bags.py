@@ -78,15 +78,17 @@ def test_what_is_missing_or_open_is_asked_for(course, tmp_path, capsys):
     assert "which camera? Give --camera" in capsys.readouterr().err
 
 
-def test_a_camera_of_another_size_is_refused_or_scaled_by_the_rule_for_all(course, tmp_path, capsys):
+def test_a_camera_of_another_size_is_refused_and_both_sizes_are_named(course, tmp_path, capsys):
     picture = read(course / "pictures" / f"{FRAMES - 1:04d}.png")
     half = cv2.resize(picture, (320, 240), interpolation=cv2.INTER_AREA)
     path = bags.write_mcap(tmp_path / "half.mcap", [INFO, *bags.frames([half])])
-    (line,), _ = estimated([str(path), *DOCK_WORDS], capsys)
+    assert main(["estimate", str(path), *DOCK_WORDS]) == 2
+    told = capsys.readouterr().err
+    assert "it is for pictures of 640 x 480 pixels, but they have 320 x 240" in told
+    assert "which camera? Give --camera" in told
+    (line,), told = estimated([str(path), "--camera", str(course / "camera.yaml"), *DOCK_WORDS], capsys)
     assert line["camera"]["fx_px"] == pytest.approx(CAMERA.fx / 2)
-    path = bags.write_mcap(tmp_path / "crop.mcap", [INFO, *bags.frames([picture[:, :480].copy()])])
-    assert main(["estimate", str(path), *DOCK_WORDS]) == 1
-    assert "not the same picture rescaled" in capsys.readouterr().err
+    assert "camera_info" not in told
 
 
 def test_compare_takes_each_frame(course, capsys):

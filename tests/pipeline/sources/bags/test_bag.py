@@ -234,28 +234,66 @@ def test_pictures_without_a_time_of_day_say_so(tmp_path, stamps_s, is_dated, wor
     assert words in told[0]
 
 
+SMALL = (70.0, 0.0, 31.5, 0.0, 70.0, 23.5, 0.0, 0.0, 1.0)  # for pictures of 64 x 48
+
+
+def info(topic="/camera/camera_info", K=SMALL, *, frame="camera", **how):
+    message = bags.camera_info(K, (64, 48), **how)
+    message.header.frame_id = frame
+    return topic, bags.CAMERA_INFO, START_NS, message
+
+
+def described(path, entries, **how):
+    """The camera of a bag, and what is noted of it."""
+    with Bag(str(bags.write_mcap(path / "a.mcap", entries, **how))) as bag:
+        return bag.camera, bag.camera_notes
+
+
 @pytest.mark.parametrize("store", [ROS1, ROS2], ids=["ROS 1", "ROS 2"])
 def test_the_camera_beside_the_pictures(tmp_path, store):
-    info = bags.camera_info(K, (640, 480), store=store, D=(-0.1, 0.01, 0.0, 0.0, 0.0))
-    entries = [("/camera/camera_info", bags.CAMERA_INFO, START_NS, info), *bags.frames(pictures(2), store=store)]
-    with Bag(str(bags.write_mcap(tmp_path / "a.mcap", entries, store=store))) as bag:
-        assert bag.camera == Camera(700, 700, 319.5, 239.5, 640, 480, (-0.1, 0.01, 0.0, 0.0, 0.0))
-        assert bag.camera_topic == "/camera/camera_info"
+    entries = [info(store=store, D=(-0.1, 0.01, 0.0, 0.0, 0.0)), *bags.frames(pictures(2), store=store)]
+    camera, notes = described(tmp_path, entries, store=store)
+    assert camera == Camera(70, 70, 31.5, 23.5, 64, 48, (-0.1, 0.01, 0.0, 0.0, 0.0))
+    assert notes == ["the camera is that of the bag's topic /camera/camera_info"]
 
 
-def test_a_camera_elsewhere_or_not_calibrated_is_not_taken(tmp_path):
-    for topic, matrix, end in (
-        ("/other/camera_info", K, None),
+def test_a_camera_that_is_not_calibrated_or_of_another_size_is_not_taken(tmp_path):
+    shown = bags.frames(pictures(2))
+    uncalibrated = "the camera of /camera/camera_info was not calibrated (its focal length is 0)"
+    assert described(tmp_path, [info(K=(0.0,) * 9), *shown]) == (None, [uncalibrated])
+    whole = ("/camera/camera_info", bags.CAMERA_INFO, START_NS, bags.camera_info(K, (640, 480)))
+    camera, (note,) = described(tmp_path, [whole, *shown])
+    assert camera is None
+    assert note.endswith("cannot be used (it is for pictures of 640 x 480 pixels, but they have 64 x 48)")
+
+
+@pytest.mark.parametrize(
+    ("topic", "infos", "chosen"),
+    [
         (
-            "/camera/camera_info",
-            (0.0,) * 9,
-            "the camera of /camera/camera_info was not calibrated (its focal length is 0)",
+            "/device_0/Color_0/image/data",
+            [("/device_0/Color_0/info/camera_info", ""), ("/device_0/IR/info/camera_info", "")],
+            0,
         ),
-    ):
-        entries = [(topic, bags.CAMERA_INFO, START_NS, bags.camera_info(matrix, (640, 480)))]
-        _, told, bag = taken(bags.write_mcap(tmp_path / "a.mcap", [*entries, *bags.frames(pictures(2))]))
-        assert bag.camera is None
-        assert told[0].endswith(end) if end else told == []
+        ("/cam/front", [("/cam/calibration", "")], 0),
+        ("/cam/front", [("/calibration", "")], 0),
+        ("/left/image", [("/infos/a", "camera"), ("/infos/b", "other")], 0),
+        ("/left/image", [("/left/info", ""), ("/right/info", "")], 0),
+        ("/cam/front", [("/cam/info_1", ""), ("/cam/info_2", "")], None),
+        ("/front/image", [("/rear/camera_info", "rear")], None),
+        ("/robot/front/image", [("/robot/rear/camera_info", "")], None),
+        ("/robot/front/image", [("/robot/info", "rear")], None),
+    ],
+)
+def test_a_camera_by_an_unusual_name_is_taken_where_it_can_be_no_other(tmp_path, topic, infos, chosen):
+    entries = [info(name, (70.0 + at, *SMALL[1:]), frame=frame) for at, (name, frame) in enumerate(infos)]
+    camera, notes = described(tmp_path, [*entries, *bags.frames(pictures(1), topic=topic)])
+    if chosen is None:
+        assert camera is None
+        assert f"its cameras are on {', '.join(name for name, _ in infos)}; " in notes[-1]
+    else:
+        assert camera is not None
+        assert (camera.fx, notes) == (70.0 + chosen, [f"the camera is that of the bag's topic {infos[chosen][0]}"])
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from dockpose.camera.camera import Camera
 from dockpose.camera.image import ImageError
-from dockpose.sources.bags.messages import camera_in, picture_in
+from dockpose.sources.bags.messages import camera_in, is_rectified, picture_in
 
 from tests.support import bags
 from tests.support.bags import ROS1, ROS2
@@ -87,43 +87,145 @@ def test_depth_and_damaged_pictures_are_refused():
         picture_in(cut)
 
 
+def camera_of(message, size=(640, 480), **how):
+    """The camera of a message for pictures of that size, and what was told of it."""
+    told = []
+    return camera_in(message, size, told.append, **how), told
+
+
 @pytest.mark.parametrize("store", [ROS1, ROS2], ids=["ROS 1", "ROS 2"])
 @pytest.mark.parametrize(
     ("model", "D"), [("plumb_bob", (0.1, 0.2, 0.01, 0.02, 0.3)), ("equidistant", (0.1, 0.2, 0.01, 0.02))]
 )
 def test_the_camera_of_a_message(store, model, D):
     message = bags.camera_info(K, (640, 480), store=store, model=model, D=D)
-    assert camera_in(message) == Camera(700, 710, 319.5, 239.5, 640, 480, D, fisheye=model == "equidistant")
+    assert camera_of(message) == (Camera(700, 710, 319.5, 239.5, 640, 480, D, fisheye=model == "equidistant"), [])
 
 
-def test_a_region_of_interest_moves_the_principal_point():
-    message = bags.camera_info(K, (640, 480), roi=(100, 50, 320, 240))
-    camera = camera_in(message)
+ROI = (100, 50, 320, 240)
+WHOLE = Camera(700, 710, 319.5, 239.5, 640, 480)
+
+
+@pytest.mark.parametrize(
+    ("roi", "binning", "size", "corner", "by", "words"),
+    [
+        (ROI, 0, (320, 240), (100, 50), 1, None),
+        (ROI, 2, (160, 120), (100, 50), 2, None),
+        ((100, 50, 321, 241), 2, (160, 120), (100, 50), 2, None),  # half a row less, as drivers round
+        ((0, 0, 0, 0), 2, (320, 240), (0, 0), 2, None),
+        ((0, 0, 640, 480), 1, (640, 480), (0, 0), 1, None),
+        (
+            ROI,
+            0,
+            (640, 480),
+            (0, 0),
+            1,
+            "of 320 x 240, and its pictures have 640 x 480, so no region of interest is taken off",
+        ),
+        (
+            (0, 0, 0, 0),
+            2,
+            (640, 480),
+            (0, 0),
+            1,
+            "640 x 480 pixels binned by 2 x 2, and its pictures have 640 x 480, so they are taken as not",
+        ),
+        ((100, 50, 200, 160), 2, (200, 160), (100, 50), 1, "so they are taken as not binned"),
+        ((100, 50, 200, 160), 2, (320, 240), (0, 0), 2, "so no region of interest is taken off"),
+    ],
+)
+def test_what_pictures_show_is_told_by_their_size(roi, binning, size, corner, by, words):
+    """A pixel of a binned picture covers two by two: the middle of its first one lies at 0.5."""
+    camera, told = camera_of(bags.camera_info(K, (640, 480), roi=roi, binning=binning), size)
     assert camera is not None
-    whole = Camera(700, 710, 319.5, 239.5, 640, 480)
+    assert (camera.width, camera.height) == size
     point = [[0.1, -0.05, 1.5]]
-    assert camera.project(point) == pytest.approx(whole.project(point) - [100, 50])
-    assert (camera.width, camera.height) == (320, 240)
+    expected = (WHOLE.project(point) - corner + 0.5) / by - 0.5
+    assert camera.project(point) == pytest.approx(expected, abs=0.5 if roi[2] % 2 else 1e-9)
+    assert told == [] if words is None else words in told[0]
 
 
-def test_binned_pixels_scale_to_the_size_of_the_picture():
-    """A pixel of the binned picture covers two by two: the middle of its first one lies at 0.5."""
-    camera = camera_in(bags.camera_info(K, (640, 480), binning=2))
-    assert camera is not None
-    x, y = camera.for_size(320, 240).project([[0.1, -0.05, 1.5]])[0]
-    assert (2 * x + 0.5, 2 * y + 0.5) == pytest.approx(camera.project([[0.1, -0.05, 1.5]])[0])
+@pytest.mark.parametrize(
+    ("about", "size", "words"),
+    [
+        ({"K": K}, (320, 240), "it is for pictures of 640 x 480 pixels, but they have 320 x 240"),
+        ({"K": K}, (480, 640), "of 640 x 480 pixels, but they have 480 x 640"),
+        (
+            {"K": K, "roi": ROI},
+            (300, 240),
+            "640 x 480 pixels with a region of interest of 320 x 240, but they have 300",
+        ),
+        ({"K": K, "roi": ROI, "binning": 2}, (320, 240), "binned by 2 x 2, but they have 320 x 240"),  # either of two
+        ({"K": K, "size": (0, 0)}, (640, 480), "does not say for which pictures it is"),
+        ({"K": (350.0, 0, 159.5, 0, 355.0, 119.5, 0, 0, 1), "binning": 2}, (320, 240), "of about 320 x 240 pixels"),
+        ({"K": (350.0, 0, 159.5, 0, 355.0, 119.5, 0, 0, 1)}, (640, 480), r"point \(159.5, 119.5\) is that of pictures"),
+        ({"K": (1400.0, 0, 639.5, 0, 1420.0, 479.5, 0, 0, 1)}, (640, 480), "of about 1280 x 960 pixels"),
+        ({"K": (700.0, 0, 319.5, 0, 710.0, 119.5, 0, 0, 1), "roi": (0, 120, 640, 240)}, (640, 240), "about 640 x 240"),
+    ],
+)
+def test_a_camera_that_cannot_be_of_these_pictures_is_refused(about, size, words):
+    with pytest.raises(ValueError, match=words):
+        camera_of(bags.camera_info(**{"size": (640, 480)} | about), size)
+
+
+def test_a_principal_point_off_the_middle_is_a_lens_and_no_other_size():
+    for x, y in ((290.0, 260.0), (352.0, 225.0), (330.0, 150.0), (420.0, 230.0)):
+        assert camera_of(bags.camera_info((700, 0, x, 0, 700, y, 0, 0, 1), (640, 480)))[1] == []
 
 
 def test_of_rectified_pictures_the_projection_matrix_holds():
     P = (650.0, 0.0, 310.0, 0.0, 0.0, 655.0, 230.0, 0.0, 0.0, 0.0, 1.0, 0.0)
     message = bags.camera_info(K, (640, 480), D=(0.1, 0.2, 0.01, 0.02, 0.3), P=P)
-    assert camera_in(message, is_rectified=True) == Camera(650, 655, 310, 230, 640, 480)
+    camera, told = camera_of(message, is_rectified=True)
+    assert camera == Camera(650, 655, 310, 230, 640, 480)
+    assert "taken as rectified" in told[0]
+    assert camera_of(bags.camera_info(K, (640, 480), D=(0.1, 0.2, 0.01, 0.02, 0.3)), is_rectified=True)[0] is None
+
+
+@pytest.mark.parametrize(
+    "topic",
+    [
+        *(
+            "/camera/image_rect",
+            "/camera/image_rect_color",
+            "/camera/image_rect/compressed",
+            "/camera/image_rect/ffmpeg",
+        ),
+        *(
+            "/c/image_rect_raw",
+            "/zed/rgb/color/rect/image",
+            "/c/rectified/image/h264",
+            "/c/imageRect",
+            "/c/ImageRectified",
+        ),
+        *("image_rect", "/c/image_undistorted/theora", "/c/left_rect", "/c/rect-color/image"),
+    ],
+)
+def test_rectified_is_a_word_of_its_own(topic):
+    assert is_rectified(topic)
+
+
+@pytest.mark.parametrize(
+    "topic",
+    [
+        *("/camera/image_raw", "/camera/image_color_corrected", "/camera/direct", "/c/rectangle", "/c/correct/image"),
+        *(
+            "/c/directed/compressed",
+            "/c/image_unrectified",
+            "/zed/rgb/color/raw/image",
+            "/rect/camera/image_raw/ffmpeg",
+        ),
+        *("/c/recto", "/c/rectal_probe/image", "/c/erect", "/c/redirect/image", "/c/distorted"),
+    ],
+)
+def test_parts_of_other_words_do_not_rectify(topic):
+    assert not is_rectified(topic)
 
 
 def test_a_camera_without_calibration_is_none_and_an_unknown_lens_refused():
-    assert camera_in(bags.camera_info((0.0,) * 9, (640, 480))) is None
+    assert camera_of(bags.camera_info((0.0,) * 9, (640, 480)))[0] is None
     with pytest.raises(ValueError, match="distortion_model is 'ovali'"):
-        camera_in(bags.camera_info(K, (640, 480), model="ovali"))
+        camera_of(bags.camera_info(K, (640, 480), model="ovali"))
 
 
 def smooth_colours(height=48, width=64):

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from dockpose.sources import open_frames
-from dockpose.sources.bags.video import FFMPEG_PACKET, FOXGLOVE, FOXGLOVE_ROS
+from dockpose.sources.bags.decoding import FFMPEG_PACKET
 
 from tests.support import bags, videos_in_bags
 from tests.support.sources import taken
+from tests.support.videos_in_bags import FOXGLOVE, FOXGLOVE_ROS
 
 
 def number_of(frame):

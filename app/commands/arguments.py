@@ -27,7 +27,7 @@ from dockpose.text import printable
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
 _METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
 # Of all commands, the options that write, and those that name one file to read.
-WRITTEN = ("json", "csv", "annotate", "montage", "out", "out_camera", "record", "log_file")
+WRITTEN = ("json", "csv", "annotate", "out", "out_camera", "record", "log_file")
 READ = ("camera", "dock", "vehicle", "scene")
 _TYPES = {
     **{"int": int, "float": float, "path": Path, "sample": sample_source},
@@ -81,7 +81,7 @@ def _is_shared(arguments: argparse.Namespace, option: str, value: str) -> bool:
     """Whether programs may share it: a pipe, a log, or a folder of pictures that are made one from one."""
     if option == "--log-file" or not is_on_disk(value):
         return True
-    if option not in ("--annotate", "--montage"):
+    if option != "--annotate":
         return False
     # FFmpeg, which pictures alone do not need.
     from dockpose.app.export.video import is_video_file

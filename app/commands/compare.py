@@ -9,8 +9,7 @@ from typing import Any
 from dockpose import Estimate, Settings
 from dockpose.app.commands.arguments import camera_of, dock_of, masks_of, turned
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
-from dockpose.app.commands.output import PictureFolder, open_lines, write_line
-from dockpose.app.drawing.annotated import montage
+from dockpose.app.commands.output import open_lines, write_line
 from dockpose.app.drawing.numbers import chance, number, pose_cells
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import Batch, Picture, expand, known
@@ -39,15 +38,12 @@ def run(arguments: argparse.Namespace) -> int:
 
     with contextlib.ExitStack() as files:
         json_file = open_lines(arguments.json, files)
-        montages = None if arguments.montage is None else PictureFolder(arguments.montage, arguments.protected)
 
         def write(picture: Picture, found: Mapping[str, Estimate], frame: int = 0, label: str = "") -> None:
-            truth = _truth(picture.path, arguments.rotate)
             if json_file is not None:
                 write_line(json_file, to_line(picture, found, frame) | turned(arguments))
-            if montages is not None:
-                montages.write(label or picture.path.stem, montage(picture.image, found, truth))
-            if json_file is None and montages is None:
+            else:
+                truth = _truth(picture.path, arguments.rotate)
                 put(*table(f"{picture.path}{label and f' {label}'}", found, truth).split("\n"))
 
         for picture, found in batch.run(work):

@@ -1,24 +1,24 @@
-"""The annotated picture, and the montage: a tile a threshold method, with the pixels that it keeps and its pose."""
+"""The annotated picture; which pixels a threshold keeps, and the part of a picture around its ring."""
 
-import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from typing import Any
 
 import cv2
 import numpy as np
 from dockpose import Estimate
 from dockpose.app.drawing import colours
-from dockpose.app.drawing.numbers import chance, count, length_words, level_words, pose_cells
+from dockpose.app.drawing.numbers import chance, length_words, level_words, pose_cells
 from dockpose.camera.image import to_grey, to_levels
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import Canvas, to_bgr8
 from dockpose.estimate.drawing import PARTS, draw_parts, draw_pose
 from dockpose.lights.masks import Mask, hidden_pixels
-from dockpose.pose.known import KnownPose, pose_error
+from dockpose.pose.known import KnownPose
 from dockpose.thresholds import LEVELS
 
 LAYERS = (*PARTS, "truth", "scale", "text")
 DRAWN = tuple(layer for layer in LAYERS if layer != "truth")  # by default, as on the page
+_LEAST_HALF_PX = 60.0  # of the part around a ring
 
 
 def annotate(
@@ -100,62 +100,7 @@ def _lines(estimate: Estimate) -> list[tuple[str, str]]:
     return [*lines, ("+ ellipse centre", colours.ELLIPSE_COLOUR), ("o dock centre", colours.TEXT_COLOUR)]
 
 
-WIDTH_PX = 1600
-_GAP_PX, _MARGIN_PX, _STEP_PX, _LINES = 8, 8, 21, 4
-_HIGHEST = 1.2  # height of a tile's picture as a share of its width; taller pictures get margins at their sides
-_FONT, _SCALE = cv2.FONT_HERSHEY_SIMPLEX, 0.5
-_PAPER, _STRIP, _NOTHING = (255, 255, 255), (38, 34, 30), (70, 64, 58)
-_WHITE, _GREY = (255, 255, 255), (200, 200, 200)
-# Bluish green and vermillion in BGR, lightened to be read on the dark strip; the words say the same.
-_RIGHT, _WRONG = (170, 215, 90), (90, 160, 245)
-
-_DIM = 0.45  # what a tile keeps of the picture's brightness, beside the pixels that the method keeps
-_ON_TILES = ("lights", "ellipse")
-_AROUND, _LEAST_HALF_PX = 1.6, 60.0  # of a ring's radius: what is shown around its middle
-
-Roi = tuple[int, int, int, int]
-Line = tuple[str, tuple[int, int, int]]
-
-
-def montage(
-    image: Any, estimates: Mapping[str, Estimate], truth: KnownPose | None = None, roi: Roi | None = None
-) -> np.ndarray:
-    """Put side by side which pixels every method keeps of one region of a picture, and what it found there."""
-    if not estimates:
-        raise ValueError("estimates is empty; a montage needs at least one")
-    roi = roi or next(filter(None, map(around_ring, estimates.values())), None)
-    columns = math.ceil(math.sqrt(len(estimates)))
-    rows = math.ceil(len(estimates) / columns)
-    width = (WIDTH_PX - (columns + 1) * _GAP_PX) // columns
-    tiles = [_tile(image, name, found, truth, width, roi) for name, found in estimates.items()]
-    height = len(tiles[0])
-    sheet = np.full((rows * (height + _GAP_PX) + _GAP_PX, WIDTH_PX, 3), _PAPER, dtype=np.uint8)
-    for index, tile in enumerate(tiles):
-        top = _GAP_PX + index // columns * (height + _GAP_PX)
-        left = _GAP_PX + index % columns * (width + _GAP_PX)
-        sheet[top : top + height, left : left + width] = tile
-    return sheet
-
-
-def caption(name: str, found: Estimate, truth: KnownPose | None = None) -> list[Line]:
-    """Return the lines of a tile's strip, each with its colour in BGR."""
-    groups = count(0 if found.markers is None else len(found.markers), "group")
-    lines: list[Line] = [
-        (f"{name}: {level_words(found.threshold)}, {groups}, {found.lights_on_ring or 0} on the ring", _WHITE)
-    ]
-    pose = found.selected
-    if pose is None:
-        return [*lines, (f"No pose. {found.message}", _WRONG)]
-    _, _, z, theta_x, theta_y = pose_cells(pose)
-    lines.append((f"z {z} cm, theta x {theta_x} y {theta_y} deg{chance(pose, ', ')}", _GREY))
-    error = pose_error(pose, truth)
-    if error is not None:
-        verdict = "Agrees with the truth" if error.agrees else "Not the truth"
-        lines.append((f"{verdict}: {error}", _RIGHT if error.agrees else _WRONG))
-    return lines
-
-
-def around_ring(found: Estimate, around: float = _AROUND) -> Roi | None:
+def around_ring(found: Estimate, around: float) -> tuple[int, int, int, int] | None:
     """Return the region of a picture that shows a ring with a margin, 4 to 3; None where no ring was found."""
     if found.ellipse is None:
         return None
@@ -164,46 +109,6 @@ def around_ring(found: Estimate, around: float = _AROUND) -> Roi | None:
     left, right = max(0, round(x - half * 4 / 3)), min(found.width, round(x + half * 4 / 3))
     top, bottom = max(0, round(y - half)), min(found.height, round(y + half))
     return (left, top, right, bottom) if left < right and top < bottom else None
-
-
-def _tile(image: Any, name: str, found: Estimate, truth: KnownPose | None, width: int, roi: Roi | None) -> np.ndarray:
-    shown = (_DIM * to_bgr8(image)).astype(np.uint8)
-    shown[kept_pixels(image, found)] = colours.bgr(colours.ORANGE)
-    picture = annotate(shown, found, words=False, layers=_ON_TILES)
-    if roi is not None:
-        left, top, right, bottom = roi
-        picture = picture[top:bottom, left:right]
-    picture = _fitted(picture, width)
-    strip = np.full((_LINES * _STEP_PX + _MARGIN_PX, width, 3), _STRIP, dtype=np.uint8)
-    wrapped = [piece for line in caption(name, found, truth) for piece in _wrap(line, width - 2 * _MARGIN_PX)]
-    for row, (text, colour) in enumerate(wrapped[:_LINES]):
-        at = (_MARGIN_PX, (row + 1) * _STEP_PX)
-        cv2.putText(strip, text, at, _FONT, _SCALE, colour, 2 if row == 0 else 1, cv2.LINE_AA)
-    return np.vstack([picture, strip])
-
-
-def _fitted(picture: np.ndarray, width: int) -> np.ndarray:
-    """Scale a picture to the width of a tile, or to its greatest height with margins at the sides."""
-    height = min(round(width * len(picture) / picture.shape[1]), round(_HIGHEST * width))
-    scale = min(width / picture.shape[1], height / len(picture))
-    size = (max(1, round(picture.shape[1] * scale)), max(1, round(len(picture) * scale)))
-    scaled = cv2.resize(picture, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)
-    tile = np.full((max(1, height, size[1]), width, 3), _NOTHING, dtype=np.uint8)
-    left = (width - size[0]) // 2
-    tile[: size[1], left : left + size[0]] = scaled
-    return tile
-
-
-def _wrap(line: Line, width: int) -> list[Line]:
-    text, colour = line
-    pieces = [""]
-    for word in text.split():
-        longer = f"{pieces[-1]} {word}".strip()
-        if pieces[-1] and cv2.getTextSize(longer, _FONT, _SCALE, 1)[0][0] > width:
-            pieces.append(word)
-        else:
-            pieces[-1] = longer
-    return [(piece, colour) for piece in pieces]
 
 
 def kept_pixels(image: Any, found: Estimate) -> np.ndarray:

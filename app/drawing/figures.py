@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # imported where it is used, since that takes half a second
     from matplotlib.figure import Figure
 
 DPI = 150
-_SETTINGS = {"svg.fonttype": "none", "pdf.fonttype": 42, "font.family": "DejaVu Sans", "font.size": 9.0}
+_SETTINGS = {"svg.fonttype": "none", "font.family": "DejaVu Sans", "font.size": 9.0}
 _busy = threading.Lock()  # all threads share Matplotlib's settings
 
 
@@ -40,11 +40,6 @@ def to_png(figure: "Figure") -> bytes:
 def to_svg(figure: "Figure", name: str = "figure") -> bytes:
     """Return the figure as SVG without a date; ``name`` keeps the identifiers of several figures on a page apart."""
     return _saved(figure, "svg", {"Date": None, "Creator": "dockpose"}, {"svg.hashsalt": name})
-
-
-def to_pdf(figure: "Figure") -> bytes:
-    """Return the figure as one page of PDF, with fonts embedded and no date."""
-    return _saved(figure, "pdf", {"CreationDate": None, "Creator": "dockpose", "Producer": None})
 
 
 def _saved(figure: "Figure", kind: str, metadata: dict[str, Any], more: dict[str, Any] | None = None) -> bytes:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import msgspec
 from dockpose import Camera, Dock, Settings
 from dockpose.app.drawing import figures
-from dockpose.app.drawing.annotated import DRAWN, annotate, montage
+from dockpose.app.drawing.annotated import DRAWN, annotate
 from dockpose.app.drawing.figures import picture_figure
 from dockpose.app.experiment import SessionRecord
 from dockpose.app.export import data, report
@@ -18,7 +18,6 @@ from dockpose.app.export.recordings.ros import pose_yaml
 from dockpose.app.inputs.received import safe_name
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
-from dockpose.app.processing.comparison import compare_view
 from dockpose.app.state.trust import headline_of
 from dockpose.estimate import SCHEMA
 from dockpose.files import FileError, read_small
@@ -41,7 +40,6 @@ def picture_files(
     *,
     layers: Collection[str] = DRAWN,
     sha256: str | None = None,
-    progress: Progress | None = None,
 ) -> Files:
     """Return the files of one picture."""
     view, found = analysis.view, analysis.estimate
@@ -50,7 +48,7 @@ def picture_files(
         "annotated.png": lambda: data.to_png(
             annotate(view.image, found, headline=headline_of(analysis.trust), **drawn)
         ),
-        **_figure_files("annotated", lambda: picture_figure(view.image, found, **drawn), "svg", "pdf"),
+        **_figure_files("annotated", lambda: picture_figure(view.image, found, **drawn), "svg"),
         "picture.png": lambda: data.to_png(view.image),
         "result.json": lambda: data.to_json(data.result_line(analysis, sha256)),
         "result.csv": lambda: data.to_csv([data.result_line(analysis, sha256)]),
@@ -62,8 +60,6 @@ def picture_files(
         files |= _figure_files("histogram", lambda: report.histogram_figure(threshold), "png", "svg")
     if found.selected is not None:
         files["pose_ros.yaml"] = lambda: (pose_yaml(found) or "").encode()
-    heard = progress or Progress(lambda share: None)
-    files["montage.png"] = lambda: data.to_png(montage(view.image, compare_view(view, heard), view.known_pose))
     return files
 
 
@@ -72,10 +68,8 @@ def session_files(record: SessionRecord) -> Files:
     return {
         "report.html": lambda: report.session_report(record).encode(),
         "table.csv": lambda: data.csv_table(record.rows).encode(),
-        "table.md": lambda: data.markdown_table(record.rows).encode(),
         "table.tex": lambda: data.latex_table(record.rows).encode(),
-        "table.html": lambda: data.html_table(record.rows).encode(),
-        **_figure_files("errors", lambda: report.error_figure(record.rows), "svg", "png", "pdf"),
+        **_figure_files("errors", lambda: report.error_figure(record.rows), "svg", "png"),
     }
 
 
@@ -85,7 +79,7 @@ def sequence_files(path: Path) -> Files:
     return {
         "report.html": lambda: report.sequence_report(path, lines).encode(),
         "results.csv": lambda: data.to_csv(lines),
-        **_figure_files("poses", lambda: report.sequence_figure(lines), "svg", "png", "pdf"),
+        **_figure_files("poses", lambda: report.sequence_figure(lines), "svg", "png"),
     }
 
 
@@ -126,7 +120,7 @@ def read_lines(path: Path) -> list[dict[str, Any]]:
 
 
 def _figure_files(name: str, make: "Callable[[], Figure]", *kinds: str) -> Files:
-    save = {"svg": functools.partial(figures.to_svg, name=name), "png": figures.to_png, "pdf": figures.to_pdf}
+    save = {"svg": functools.partial(figures.to_svg, name=name), "png": figures.to_png}
     return {f"{name}.{kind}": lambda to_bytes=save[kind]: to_bytes(make()) for kind in kinds}
 
 

@@ -1,4 +1,4 @@
-"""A picture's results as JSON, row and YAML; a session's table "estimated (measured)" as CSV, Markdown, LaTeX, HTML."""
+"""A picture's results as JSON, row and YAML; a session's table "estimated (measured)" as CSV and LaTeX."""
 
 import csv
 import io
@@ -28,7 +28,6 @@ from dockpose.app.drawing.numbers import (
 )
 from dockpose.app.experiment.record import Row, csv_text
 from dockpose.app.resources import read_toml, with_versions
-from markupsafe import escape
 
 if TYPE_CHECKING:
     from dockpose.app.processing.analysis import Analysis
@@ -157,15 +156,6 @@ def csv_table(rows: Sequence[Row]) -> str:
     return csv_text(lines)
 
 
-def markdown_table(rows: Sequence[Row]) -> str:
-    """Return a table in GitHub's Markdown."""
-    content = table(rows)
-    lines = [content.head, ["---:"] * (len(content.head) - 1) + ["---"]]
-    lines += [[_markdown(cell) for cell in cells] for cells in content.body]
-    lines += [[f"**{cell}**" if cell else "" for cell in cells] for cells in content.foot]
-    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
-
-
 def latex_table(rows: Sequence[Row]) -> str:
     """Return a ``longtable`` without the error columns; the document must load the package of that name."""
     content = table(rows, with_errors=False)
@@ -183,26 +173,12 @@ def latex_table(rows: Sequence[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def html_table(rows: Sequence[Row]) -> str:
-    """Return a complete page with the table."""
-    from dockpose.app.export.parts import page
-
-    return page("table.html", table=table(rows)) + "\n"
-
-
 def _rounded(value: float | None) -> float | None:
     return None if value is None else round(value, 6)
 
 
 def _no_formula(text: str) -> str:
     return f"'{text}" if _FORMULA.match(text) else text
-
-
-def _markdown(text: str) -> str:
-    """Escape Markdown and HTML; a line break becomes <br>."""
-    is_number = re.fullmatch(rf"[+-]?[\d.]+( \([+-]?[\d.]+\))?|{MISSING}( \([+-]?[\d.]+\))?", text)
-    marked = text if is_number else re.sub(r"([\\`*_{}\[\]()#+!|~$-])", r"\\\1", text)
-    return str(escape(marked)).replace("\n", "<br>")
 
 
 def _latex_line(cells: Sequence[str]) -> str:

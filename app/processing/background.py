@@ -29,12 +29,6 @@ class Progress:
         """Make the next step of the work its last."""
         self._stop.set()
 
-    def silent(self) -> "Progress":
-        """For a part of the work: stops with it, but reports nothing."""
-        part = Progress(lambda share: None)
-        part._stop = self._stop
-        return part
-
     def over(self, items: Sequence[Item]) -> Iterator[Item]:
         """Yield the items, reporting the share done, 0 to 1. Raises CancelledError once asked to stop."""
         for number, item in enumerate(items):

@@ -54,7 +54,7 @@ class ExportPanel(Panel):
             return
 
         def make(progress: Progress) -> bytes:
-            files = self._files(analysis, client, layers, progress)
+            files = self._files(analysis, client, layers)
             if name not in files:
                 raise UserError(f"{analysis.view.source}: there is no {name}: {analysis.estimate.message}")
             return files[name]()
@@ -68,7 +68,7 @@ class ExportPanel(Panel):
             return
 
         def make(progress: Progress) -> bytes:
-            files = self._files(analysis, client, layers, progress.silent())
+            files = self._files(analysis, client, layers)
             try:
                 seen = files["view_3d.png"]()
                 files["view_3d.png"] = lambda: seen
@@ -79,8 +79,8 @@ class ExportPanel(Panel):
 
         self.app.work.save(client, bundle_name(analysis.view.source), make)
 
-    def _files(self, analysis: Analysis, client: Client, layers: Sequence[str], progress: Progress) -> Files:
-        files = picture_files(analysis, layers=layers, sha256=analysis.view.sha256, progress=progress)
+    def _files(self, analysis: Analysis, client: Client, layers: Sequence[str]) -> Files:
+        files = picture_files(analysis, layers=layers, sha256=analysis.view.sha256)
         server = self.app.server
         saved = {"view_3d.png": partial(view_picture, client), "view_3d.html": lambda: page_of_scene(server).encode()}
         return files | saved

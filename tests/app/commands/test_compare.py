@@ -74,17 +74,6 @@ def test_without_outputs_a_table_is_printed(tank, capsys):
     assert "right: off by 0." in capsys.readouterr().out.splitlines()[2]  # the truth turns with the picture
 
 
-def test_a_montage_of_each_picture_is_written_and_overwrites_none(tank, capsys):
-    original = (tank / "s1.png").read_bytes()
-    assert main(["compare", "s1.png", "dark.png", *DOCK_OPTIONS, "--montage", "."]) == 0
-    assert capsys.readouterr().out == ""
-    assert (tank / "s1.png").read_bytes() == original
-    for name in ("s1-2.png", "dark-2.png"):
-        sheet = cv2.imread(name)
-        assert sheet is not None
-        assert sheet.shape[1] == 1600
-
-
 def test_a_damaged_yaml_beside_a_picture_does_not_matter_where_nothing_of_it_is_needed(tank, capsys):
     (tank / "s1.yaml").write_text("truth: [1, 2")
     assert main(["compare", "s1.png", *DOCK_OPTIONS]) == 0

@@ -143,7 +143,6 @@ def test_a_fixed_level_and_a_minimum_area_are_used(tank, json_lines):
         (["compare", "none*.png"], "no file matches"),
         (["compare", "words.png"], "which camera?"),
         (["compare", "s1.png", "--json", "no/such/folder.json"], "cannot be written"),
-        (["compare", "s1.png", "--montage", "words.png"], "cannot be made"),
     ],
 )
 def test_bad_arguments_end_with_2_and_one_sentence(tank, refusal, arguments, message):

@@ -1,20 +1,17 @@
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Estimate, Settings, estimate
-from dockpose.app.drawing.annotated import WIDTH_PX, annotate, around_ring, caption, kept_pixels, montage
-from dockpose.app.drawing.colours import MASK_COLOUR, ORANGE, bgr
+from dockpose.app.drawing.annotated import annotate, around_ring, kept_pixels
+from dockpose.app.drawing.colours import MASK_COLOUR, bgr
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_mask, with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import with_sample
 from dockpose.camera.port import FlatPort
 from dockpose.estimate.geometry import in_picture
-from dockpose.pose.known import KnownPose
 from dockpose.simulate import render
 
 from tests.support.scenes import CAMERA, DOCK, random_scene
-
-POSE = KnownPose((0.0, 0.05, 0.9), 25.0, -20.0)
 
 
 @pytest.fixture(scope="module")
@@ -96,75 +93,6 @@ def test_behind_a_port_the_ellipse_runs_through_the_lights():
     assert np.linalg.norm(camera.distort(found.ellipse.points(720)) - outline, axis=1).max() > 10
 
 
-def cells(sheet, columns, rows, height):
-    """The tiles of a sheet, row by row."""
-    width = (WIDTH_PX - (columns + 1) * 8) // columns
-    return [
-        sheet[8 + row * (height + 8) :, 8 + column * (width + 8) :][:height, :width]
-        for row in range(rows)
-        for column in range(columns)
-    ]
-
-
-def shows_kept_pixels(tile, image, found, part):
-    """Whether the brightest pixel of each light is orange in a tile that shows a part, and dark water is dimmer."""
-    left, top, right, _ = part
-    scale = tile.shape[1] / (right - left)
-    for x, y in np.rint(found.markers.points_px).astype(int):
-        column, row = (np.array([x - left, y - top]) + 0.5) * scale
-        if np.abs(tile[int(row), int(column)].astype(int) - bgr(ORANGE)).max() > 60:
-            return False
-    dark = tile[int(0.5 * scale), int(0.5 * scale)].astype(int)
-    return bool((dark <= 0.5 * image[top, left] + 1).all())
-
-
-def test_there_is_a_tile_a_method_in_order(scene):
-    image, hats, none = scene
-    whole = (0, 0, 640, 480)
-    sheet = montage(image, {"hats": hats, "none": none, "again": hats}, roi=whole)
-    assert sheet.dtype == np.uint8
-    # Two columns of 788 pixels, their pictures 591 high, and strips of 4 lines of 21 with a margin of 8.
-    height = 591 + 92
-    assert sheet.shape == (2 * (height + 8) + 8, 1600, 3)
-    first, second, third, fourth = cells(sheet, 2, 2, height)
-    assert shows_kept_pixels(first[:591], image, hats, whole)
-    np.testing.assert_array_equal(third[:591], first[:591])
-    assert (second[:591] != first[:591]).any()
-    assert (third[591:] != first[591:]).any()  # another name
-    assert (fourth == 255).all()
-
-
-def test_nine_tiles_make_three_columns_and_a_tall_picture_gets_margins():
-    image = np.full((900, 100), 7, np.uint8)
-    found = estimate(np.full((480, 640), 7, np.uint8), CAMERA, DOCK)
-    sheet = montage(image, dict.fromkeys("abcdefghi", found))
-    tile = cells(sheet, 3, 3, 626 + 92)[0]
-    assert sheet.shape[0] == 3 * (626 + 92 + 8) + 8
-    assert (tile[:626, 226:296] == 3).all()  # no pixel is kept, so that all are dim
-    assert (tile[:626, :225] != 3).all()
-
-
-def test_a_montage_of_nothing_is_refused(scene):
-    with pytest.raises(ValueError, match="estimates is empty"):
-        montage(scene[0], {})
-
-
-def test_the_caption_says_counts_pose_and_error(scene):
-    _, hats, none = scene
-    words = [text for text, _ in caption("hats", hats, POSE)]
-    assert hats.threshold is not None
-    assert words[0] == f"hats: level {hats.threshold.level}, 10 groups, 10 on the ring"
-    assert words[1].startswith("z 90.0 cm, theta x 2")
-    assert words[2].startswith("Agrees with the truth: off by 0.")
-    assert len(caption("hats", hats)) == 2
-    turned = KnownPose(POSE.position_m, 25.0, 20.0)
-    assert caption("hats", hats, turned)[2][0].startswith("Not the truth: off by 0.")
-    failed = caption("fixed", none, POSE)
-    assert failed[0][0] == "fixed: level 255, 0 groups, 0 on the ring"
-    assert failed[1][0].startswith("No pose. No lights: ")
-    assert len(failed) == 2
-
-
 def test_a_mask_is_outlined_and_hatched():
     image = np.full((480, 640), 10, np.uint8)
     found = estimate(image, CAMERA, DOCK, Settings(masks=((300, 200, 100, 50), (900, 900, 5, 5))))
@@ -178,25 +106,15 @@ def test_a_mask_is_outlined_and_hatched():
     assert (drawn[252:275, 290:400] != 10).any()  # the word
 
 
-def test_a_part_around_the_ring_fills_the_tiles(scene):
-    image, hats, none = scene
-    part = around_ring(hats)
+def test_the_part_around_a_ring_holds_all_of_it(scene):
+    _, hats, none = scene
+    part = around_ring(hats, 1.6)
     assert part is not None
     left, top, right, bottom = part
     ring = hats.markers.points_px[hats.ring.on_ring]
     assert (ring > [left, top]).all()
     assert (ring < [right, bottom]).all()
-    assert around_ring(none) is None
-    sheet = montage(image, {"hats": hats}, roi=part)
-    # One column of 1584 pixels; the part is as wide as 4 to 3, so that its picture is 1188 high, give or take a pixel.
-    height = round(1584 * (bottom - top) / (right - left))
-    assert shows_kept_pixels(sheet[8 : 8 + height, 8 : 8 + 1584], image, hats, part)
-
-
-def test_all_tiles_show_the_part_around_the_first_ring_that_was_found(scene):
-    image, hats, none = scene
-    found = {"none": none, "hats": hats}
-    np.testing.assert_array_equal(montage(image, found), montage(image, found, roi=around_ring(hats)))
+    assert around_ring(none, 1.6) is None
 
 
 def test_lights_are_kept(view):

@@ -34,8 +34,8 @@ def files_of(analysis, **options):
 def test_all_files_agree(analysis):
     files = files_of(analysis)
     assert set(files) == {
-        *("picture.png", "annotated.png", "annotated.svg", "annotated.pdf", "histogram.png", "histogram.svg"),
-        *("result.json", "result.csv", "settings.yaml", "pose_ros.yaml", "report.html", "montage.png"),
+        *("picture.png", "annotated.png", "annotated.svg", "histogram.png", "histogram.svg"),
+        *("result.json", "result.csv", "settings.yaml", "pose_ros.yaml", "report.html"),
     }
     picture = cv2.imdecode(np.frombuffer(files["picture.png"], np.uint8), cv2.IMREAD_UNCHANGED)
     np.testing.assert_array_equal(picture, analysis.view.image)

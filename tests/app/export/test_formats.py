@@ -8,13 +8,12 @@ import xml.etree.ElementTree as ElementTree
 
 import cv2
 import numpy as np
-import pypdfium2
 import pytest
 import yaml
 from dockpose import Camera, Dock, estimate
 from dockpose.app.drawing.annotated import LAYERS, annotate
 from dockpose.app.drawing.colours import POSE_COLOURS, TRUTH_COLOUR, bgr
-from dockpose.app.drawing.figures import picture_figure, to_pdf, to_png, to_svg
+from dockpose.app.drawing.figures import picture_figure, to_png, to_svg
 from dockpose.app.export.recordings.ros import covariance, pose_yaml
 from dockpose.app.export.report import histogram_figure
 from dockpose.estimate.geometry import pose_lines, scale_bar
@@ -112,16 +111,8 @@ def test_the_scale_is_a_round_length_at_the_docks_distance():
     assert scale_bar(NOTHING) is None
 
 
-@pytest.mark.parametrize("found", [FOUND, NOTHING], ids=["dock", "nothing"])
-def test_a_pdf_reader_shows_one_page_with_the_picture(found):
-    document = pypdfium2.PdfDocument(to_pdf(picture_figure(PICTURE, found)))
-    assert len(document) == 1
-    page = document[0].render(scale=1).to_numpy()
-    assert page.shape[1] == pytest.approx(6.5 * 72, abs=1)
-    assert page.std() > 5
-    words = document[0].get_textpage().get_text_range()
-    assert ("chosen" if found is FOUND else "no pose (no lights)") in words
-    document.close()
+def test_without_a_dock_the_legend_says_so():
+    assert any("no pose (no lights)" in text for text in texts(to_svg(picture_figure(PICTURE, NOTHING))))
 
 
 @pytest.mark.slow

@@ -7,21 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from dockpose.app.processing import background
-from dockpose.app.processing.background import CancelledError, FramePlayer, LatestWorker, Progress
+from dockpose.app.processing.background import FramePlayer, LatestWorker
 from dockpose.sources import Frame, Frames, SourceError
 
 from tests.support.clock import Clock, until
-
-
-def test_part_of_a_work_stops_with_it():
-    told = []
-    whole = Progress(told.append)
-    part = whole.silent()
-    assert list(part.over([1, 2])) == [1, 2]
-    assert told == []
-    whole.stop()
-    with pytest.raises(CancelledError):
-        list(part.over([1]))
 
 
 class Recorder:

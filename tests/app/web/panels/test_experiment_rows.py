@@ -2,7 +2,6 @@ import io
 import math
 import shutil
 import subprocess
-from html.parser import HTMLParser
 
 import msgspec
 import numpy as np
@@ -10,9 +9,7 @@ import pytest
 from dockpose.app.experiment import Row
 from dockpose.app.export.data import (
     csv_table,
-    html_table,
     latex_table,
-    markdown_table,
     mean_and_rms,
     summaries,
     table,
@@ -84,39 +81,6 @@ def test_pandas_reads_the_csv_with_the_same_numbers():
     assert list(read["notes"])[1] == NASTY
     formula = csv_table([row(1, 1.0, 1.0, notes='=HYPERLINK("http://x")', source="+1")])
     assert list(pandas.read_csv(io.StringIO(formula))["notes"]) == ['\'=HYPERLINK("http://x")']
-
-
-class Cells(HTMLParser):
-    def __init__(self):
-        super().__init__()
-        self.tags, self.cells = set(), []
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.add(tag)
-        if tag == "td":
-            self.cells.append("")
-
-    def handle_data(self, data):
-        if self.cells:
-            self.cells[-1] += data
-
-
-def test_html_holds_the_text_and_no_markup_from_it():
-    parser = Cells()
-    parser.feed(html_table(ROWS))
-    assert "script" not in parser.tags
-    assert NASTY in [cell.strip() for cell in parser.cells]
-    assert len(parser.cells) == 6 * 12
-
-
-def test_markdown_keeps_its_columns():
-    lines = markdown_table(ROWS).splitlines()
-    assert len(lines) == 2 + 3 + 3
-    for line in lines:
-        unescaped = line.replace("\\|", "")
-        assert unescaped.count("|") == 13
-    assert "<script>" not in "".join(lines)
-    assert "101.00 (100.00)" in lines[2]
 
 
 def test_latex_escapes_by_hand():

@@ -214,7 +214,7 @@ class Scene3D:
         # While a simulated scene is changed, or a sequence goes on, it is the same one that is looked at.
         looked_at = view.list_name if view.list_name == "sequence" else view.source
         is_other, self._looked_at = self._looked_at != looked_at, looked_at
-        self._viewpoints.show(self.extent, docks, found.camera, is_other=is_other)
+        self._viewpoints.show(self.extent, docks, is_other=is_other)
 
     def _show_labels(self, placed: dict[str, Label]) -> None:
         for name, label in placed.items():

@@ -70,20 +70,13 @@ def seen(place, points, aspect):
     return (x > 0) & (x < aspect) & (y > 0) & (y < 1)
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if name != "Camera"])
+@pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("aspect", [0.3, 0.55, 1.0, 2.5])
 @pytest.mark.parametrize("depth", [0.2, 1.0, 15.0])
 def test_camera_and_docks_are_seen_from_every_viewpoint(name, aspect, depth):
     extent = Extent(np.array([-0.4, -0.2, 0.0]), np.array([0.3, 0.5, depth]))
-    assert seen(viewpoint(name, extent, Camera(700, 700, 320, 240, 640, 480), aspect), extent.corners(), aspect).all()
-
-
-@pytest.mark.parametrize("aspect", [0.5, 2.0])
-def test_view_from_the_camera_holds_its_whole_picture(aspect):
-    camera = Camera(700, 700, 319.5, 239.5, 640, 480)
-    extent = Extent(np.array([-0.1, -0.1, 0.0]), np.array([0.1, 0.1, 1.0]))
-    corners = camera.rays([[0, 0], [639, 0], [639, 479], [0, 479]])
-    assert seen(viewpoint("Camera", extent, camera, aspect), corners, aspect).all()
+    corners = np.array([[x, y, z] for x in (-0.4, 0.3) for y in (-0.2, 0.5) for z in (0.0, depth)])
+    assert seen(viewpoint(name, extent, aspect), corners, aspect).all()
 
 
 def test_extent_holds_known_docks_too(found):

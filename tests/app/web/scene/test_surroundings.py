@@ -63,7 +63,7 @@ def analysis(request):
 
 
 @pytest.mark.parametrize("size", [(432, 718), (758, 1030), (390, 650), (820, 1050)])
-@pytest.mark.parametrize("name", [name for name in NAMES if name != "Camera"])
+@pytest.mark.parametrize("name", NAMES)
 def test_labels_are_apart_and_in_view(analysis, name, size):
     found, view = analysis.estimate, analysis.view
     extent = extent_of(docks_of(found, view.truth, view.measured_pose))
@@ -71,7 +71,7 @@ def test_labels_are_apart_and_in_view(analysis, name, size):
     assert {"A", "B", "truth", "measured", "camera", "x", "y", "z"} <= set(shown)
     seen = docks_of(found, view.truth, view.measured_pose) if name == CLOSE_UP else extent
     assert seen is not None
-    place = viewpoint(name, seen, found.camera, size[0] / size[1])
+    place = viewpoint(name, seen, size[0] / size[1])
     points = on_screen(place, np.array([label.position for label in shown.values()]), *size)
     boxes = {
         key: box(label, at) for (key, label), at in zip(shown.items(), points, strict=True) if np.isfinite(at).all()

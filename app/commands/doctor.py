@@ -1,28 +1,22 @@
-"""``dockpose doctor``: whether all that dockpose needs is there and works, for a report of a fault."""
+"""``dockpose doctor``: versions, decoders and one known pose, for a report of a fault."""
 # Nothing secret is printed: no token, no address, no name but those of packages.
 
 import argparse
 import contextlib
 import os
 import platform
-import socket
 import sys
-import tempfile
-import time
 from collections.abc import Callable, Iterator
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 from av.codec import codecs_available
-from dockpose import Settings, estimate
+from dockpose import estimate
 from dockpose.app.commands.console import EXIT_ALL_READ, put
 from dockpose.app.commands.output import open_lines, write_line
 from dockpose.app.inputs.pictures import load_sample
-from dockpose.app.state.preferences import config_folder
-from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER
 from dockpose.pose.known import pose_error
 from dockpose.sidecar import FIRST_SAMPLE
 from dockpose.text import one_line
@@ -32,8 +26,7 @@ OK, WARNING, BROKEN = "ok", "warning", "broken"
 _NEEDED = ("numpy", "scipy", "scikit-image", "numba", "av", "viser", "msgspec", "matplotlib")
 _OPENCV = ("opencv-python-headless", "opencv-python", "opencv-contrib-python", "opencv-contrib-python-headless")
 _OPTIONAL = ("pandas", "distributed", "rosbags", "mcap")
-_PICTURES = ("png", "jpg", "tiff", "bmp", "webp", "pgm")
-_VIDEOS = ("ffv1", "mjpeg", "h264", "hevc", "vp9", "av1")
+_DECODERS = {"pictures": ("png", "jpg", "tiff", "bmp", "webp"), "videos": ("ffv1", "mjpeg", "h264", "hevc", "av1")}
 _NEEDED_DECODERS = {"png", "jpg", "ffv1", "mjpeg", "h264"}
 _MOST_ERROR_M, _MOST_ERROR_DEG = 0.005, 0.5
 
@@ -96,16 +89,13 @@ def _installed(package: str) -> str | None:
 
 
 def _decoders() -> Iterator[Finding]:
-    """Decode a small picture of each kind, and look for each decoder of videos."""
-    for what, names, can_read in (
-        ("pictures", _PICTURES, _comes_back),
-        ("videos", _VIDEOS, codecs_available.__contains__),
-    ):
-        can = [name for name in names if can_read(name)]
-        cannot = [name for name in names if name not in can]
+    """Which kinds of pictures come back from their own file, and which videos have a decoder."""
+    for what, names in _DECODERS.items():
+        cannot = [name for name in names if not (name in codecs_available if what == "videos" else _comes_back(name))]
         state = BROKEN if _NEEDED_DECODERS.intersection(cannot) else WARNING if cannot else OK
+        can = ", ".join(name for name in names if name not in cannot) or "none"
         fails = f"; {', '.join(cannot)} cannot" if cannot else ""
-        yield Finding(what, state, f"{', '.join(can) or 'none'} can be read{fails}")
+        yield Finding(what, state, f"{can} can be read{fails}")
 
 
 def _comes_back(kind: str) -> bool:
@@ -114,70 +104,22 @@ def _comes_back(kind: str) -> bool:
     return False
 
 
-def _cameras() -> Iterator[Finding]:
-    """Those that Linux lists: none is opened, which could hang, or take one from the program that uses it."""
-    found = []
-    for device in sorted(Path("/dev").glob("video*")):
-        name = Path("/sys/class/video4linux") / device.name / "name"
-        words = name.read_text(encoding="utf-8", errors="replace").strip() if name.exists() else "no name"
-        denied = "" if os.access(device, os.R_OK | os.W_OK) else ", which this user may not open (group video)"
-        found.append(f"{device} ({words}{denied})")
-    none = "none in /dev" if sys.platform.startswith("linux") else "are not listed on this system; try dockpose serve 0"
-    yield Finding("cameras", OK, "; ".join(found) or none)
-
-
-def _port() -> Iterator[Finding]:
-    state, text = OK, f"{DEFAULT_PORT} is free"
-    try:
-        with socket.create_server(("127.0.0.1", DEFAULT_PORT)):
-            pass
-    except OSError:
-        state, text = WARNING, f"{DEFAULT_PORT} is taken; dockpose serve --port NUMBER takes another"
-    yield Finding("port", state, text)
-
-
-def _folders() -> Iterator[Finding]:
-    """Write into each folder, or into the nearest one above that exists."""
-    yield _writable("temporary folder", Path(tempfile.gettempdir()), BROKEN, "")
-    yield _writable("sessions", SESSIONS_FOLDER.absolute(), WARNING, "; dockpose serve --sessions FOLDER names another")
-    settings = config_folder()
-    if settings is None:
-        yield Finding("settings", WARNING, "no home folder, so that the page forgets its settings")
-    else:
-        yield _writable("settings", settings, WARNING, "; the page forgets its settings")
-
-
-def _writable(name: str, folder: Path, otherwise: str, advice: str) -> Finding:
-    try:
-        with tempfile.TemporaryFile(dir=next(place for place in (folder, *folder.parents) if place.exists())) as file:
-            file.write(b"dockpose")
-    except OSError as error:
-        return Finding(name, otherwise, f"{folder} cannot be written ({error.strerror}){advice}")
-    return Finding(name, OK, f"{folder} can be written")
-
-
 def _self_test() -> Iterator[Finding]:
     """One picture whose pose is known."""
-    sample, start_s = load_sample(FIRST_SAMPLE), time.perf_counter()
-    found = estimate(sample.image, sample.camera, sample.dock, Settings())
-    elapsed_s, error = time.perf_counter() - start_s, pose_error(found.selected, sample.truth)
-    if error is None or sample.truth is None or found.selected is None:
+    sample = load_sample(FIRST_SAMPLE)
+    found = estimate(sample.image, sample.camera, sample.dock)
+    error = pose_error(found.selected, sample.truth)
+    if error is None:
         yield Finding("self test", BROKEN, f"sample {FIRST_SAMPLE}: {found.message}")
         return
     error_m, error_deg = float(error.distance_m), float(np.degrees(error.angle_rad))
-    expected, position = (
-        "({:.3f}, {:.3f}, {:.3f}) m".format(*pose.position_m) for pose in (sample.truth, found.selected)
-    )
-    off = f"off by {1000 * error_m:.2f} mm and {error_deg:.3f} deg, in {elapsed_s:.1f} s"
     state = OK if error_m <= _MOST_ERROR_M and error_deg <= _MOST_ERROR_DEG else BROKEN
-    yield Finding("self test", state, f"sample {FIRST_SAMPLE}: expected {expected}, found {position}, {off}")
+    off = f"off by {1000 * error_m:.2f} mm and {error_deg:.3f} deg"
+    yield Finding("self test", state, f"sample {FIRST_SAMPLE}: the pose is {off}")
 
 
 CHECKS: dict[str, Callable[[], Iterator[Finding]]] = {
     "versions": _versions,
     "decoders": _decoders,
-    "cameras": _cameras,
-    "port": _port,
-    "folders": _folders,
     "self test": _self_test,
 }

@@ -19,6 +19,7 @@ _ORIENTATION, _MAKE, _DNG_VERSION = 274, 271, 50706
 _RAW = (32803, 34892)  # a sensor's mosaic of colours, and colours before they are balanced
 _NO_PICTURE = 1 | 4  # bits of the page's kind: a smaller version of another page, or its mask
 _STORED, _DEFLATED = 1, (8, 32946)  # compressions that tifffile reads without its codecs
+_COMPRESSIONS = (_STORED, *_DEFLATED, 2, 3, 4, 5, 7, 32773)  # OpenCV reads fax, LZW, JPEG and PackBits too
 _PREDICTORS = (1, 2)  # none, and the difference to the pixel before
 _WHITE_IS_0, _BLACK_IS_0, _RGB, _SEPARATE, _UNASSOCIATED = 0, 1, 2, 2, 2
 _BY_OPENCV = (_WHITE_IS_0, _BLACK_IS_0, _RGB, 3, 5, 6)  # palettes, CMYK and YCbCr as well
@@ -85,6 +86,8 @@ def pages(data: bytes | BinaryIO) -> list[Page]:
             if not int(page.subfiletype) & _NO_PICTURE:
                 found.append(Page(file, lock, offset, size, page.tags.valueof(_ORIENTATION, default=1)))
             ahead += [*filter(None, [_next_offset(file, offset)]), *reversed(page.subifds or ())]
+        if len(found) == 1 and (file.is_imagej or file.is_shaped) and file.series[0].is_truncated:
+            raise _RefusedError("holds several pictures in one page, as large stacks of ImageJ do; save each as a page")
     except _RefusedError:
         raise
     except Exception as error:  # many kinds on damaged files
@@ -129,14 +132,19 @@ def _refuse_raw(page: Any, file: Any) -> None:
 def _check(page: Any) -> None:
     """Refuse a page of a kind that is not read, without all its bytes, or with more packed in them than it is large."""
     bits, samples, is_plain = page.bitspersample, page.samplesperpixel, _is_plain(page)
-    colours = page.photometric
-    if samples == 2 or (colours == _WHITE_IS_0 and bits > 8 and bits != 16) or colours not in _BY_OPENCV:
-        name = getattr(colours, "name", colours)
-        what = "grey with opacity" if samples == 2 else f"of {bits} bits with colours of the kind {name}"
-        raise _RefusedError(f"is a TIFF {what}, which is not read; save it as grey or RGB of 8 or 16 bits")
-    if samples > 1 and page.planarconfig == _SEPARATE and not is_plain and (bits != 8 or colours != _RGB):
-        what = f"is a TIFF with separate planes and compression {_compression(page)}"
-        raise _RefusedError(f"{what}, which is not read; save it as red, green and blue without compression")
+    colours, separate = page.photometric, samples > 1 and page.planarconfig == _SEPARATE and not is_plain
+    if samples == 2 or page.imagedepth > 1:
+        what = "grey with opacity" if samples == 2 else "of a volume"
+    elif colours not in _BY_OPENCV or (colours == _WHITE_IS_0 and bits > 8 and bits != 16):
+        what = f"of {bits} bits with colours of the kind {_name(colours)}"
+    elif page.compression not in _COMPRESSIONS or (separate and (bits != 8 or colours != _RGB)):
+        what = f"{'with separate planes and' if separate else 'of'} compression {_name(page.compression)}"
+    else:
+        what = ""
+    if what:
+        raise _RefusedError(
+            f"is a TIFF {what}, which is not read; save it as grey or RGB of 8 or 16 bits, without compression"
+        )
     places, sizes, most = page.dataoffsets, page.databytecounts, math.prod(page.chunks) * page.dtype.itemsize
     if not len(places) == len(sizes) == math.prod(page.chunked) or min(*places, *sizes) < 1:
         raise _RefusedError("the TIFF's header is damaged or cut short: it does not say where its pixels are")
@@ -193,8 +201,7 @@ def _by_opencv(page: Any, data: bytes) -> np.ndarray:
     with contextlib.suppress(cv2.error):
         pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if pixels is None:
-        what = "the picture is damaged or cut short, or its compression is not read"
-        raise _RefusedError(f"{what} ({_compression(page)})")
+        raise _RefusedError(f"the picture is damaged or cut short (its compression is {_name(page.compression)})")
     if pixels.dtype == np.uint8:
         return _opaque(pixels)
     if page.photometric == _WHITE_IS_0:
@@ -224,5 +231,6 @@ def _opaque(pixels: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(pixels[:, :, :3]) if pixels.ndim == 3 and pixels.shape[2] == 4 else pixels
 
 
-def _compression(page: Any) -> str:
-    return getattr(page.compression, "name", str(page.compression))
+def _name(number: Any) -> str:
+    """Name of one of tifffile's numbers of colours and compressions."""
+    return getattr(number, "name", str(number))

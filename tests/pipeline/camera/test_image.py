@@ -94,7 +94,7 @@ def test_what_is_no_picture_is_refused_by_name(data, message):
 def test_a_jpeg_that_was_cut_short_is_refused_wherever_it_ends_and_despite_its_thumbnail():
     whole = encoded(np.tile(GRADIENT, (50, 50)), ".jpg")
     thumbnail = encoded(GRADIENT, ".jpg")
-    whole = whole[:2] + struct.pack(">2sH", b"\xff\xe1", len(thumbnail) + 2) + thumbnail + whole[2:]
+    whole = whole[:2] + struct.pack(">4sH", b"\xff\xff\xff\xe1", len(thumbnail) + 2) + thumbnail + whole[2:]
     assert decode(whole + b"\xff\xda and what a telephone appends").shape == (300, 400)
     for length in (len(thumbnail), len(whole) // 2, len(whole) - 20, len(whole) - 2):
         with pytest.raises(ImageError, match=r"damaged|cut short"):

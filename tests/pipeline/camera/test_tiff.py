@@ -10,6 +10,7 @@ import pytest
 import tifffile
 from dockpose.camera.image import ImageError, decode
 from dockpose.camera.tiff import pages
+from PIL import Image
 
 RNG = np.random.default_rng(0)
 STORED = [
@@ -249,6 +250,22 @@ def test_opencv_reads_the_page_alone_that_it_is_given(how, file_how):
             writer.write(page, metadata=None, photometric="palette", colormap=palette, **how)
     for page, wanted in zip(pages(file.getvalue()), (levels, levels[::-1]), strict=True):
         np.testing.assert_array_equal(page.decoded(), np.dstack(3 * [255 - wanted]))
+
+
+def test_pictures_without_pages_of_their_own_are_refused():
+    for is_imagej in (True, False):
+        file = io.BytesIO()
+        stack = noise(np.uint16, 3, 6, 8)
+        tifffile.imwrite(file, stack, photometric="minisblack", truncate=True, imagej=is_imagej)
+        with pytest.raises(ImageError, match="holds several pictures in one page, as large stacks of ImageJ do"):
+            decode(file.getvalue(), "dock.tif")
+
+
+def test_a_compression_that_is_not_read_is_named():
+    file = io.BytesIO()
+    Image.fromarray(noise(np.uint8, 60, 80)).save(file, "TIFF", compression="lzma")
+    with pytest.raises(ImageError, match="is a TIFF of compression LZMA, which is not read"):
+        decode(file.getvalue(), "dock.tif")
 
 
 def test_colours_that_are_none_are_refused_by_name():

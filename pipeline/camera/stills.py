@@ -112,6 +112,6 @@ def is_cut_short(data: bytes) -> bool:
         return False
     start = 2  # of each segment before the scan; a thumbnail in one of them has an end of its own
     while data[start : start + 1] == b"\xff" and data[start + 1 : start + 2] != b"\xda":
-        is_fill = data[start + 1] == 0xFF  # any number of them may stand before a segment
+        is_fill = data[start + 1 : start + 2] == b"\xff"  # any number of them may stand before a segment
         start += 1 if is_fill else 2 + int.from_bytes(data[start + 2 : start + 4], "big")
     return b"\xff\xd9" not in data[start:]

@@ -86,17 +86,18 @@ def pages(data: bytes | BinaryIO) -> list[Page]:
             if not int(page.subfiletype) & _NO_PICTURE:
                 found.append(Page(file, lock, offset, size, page.tags.valueof(_ORIENTATION, default=1)))
             ahead += [*filter(None, [_next_offset(file, offset)]), *reversed(page.subifds or ())]
-        if len(found) == 1 and (file.is_imagej or file.is_shaped) and file.series[0].is_truncated:
-            raise _RefusedError("holds several pictures in one page, as large stacks of ImageJ do; save each as a page")
     except _RefusedError:
         raise
     except Exception as error:  # many kinds on damaged files
         if not found:
             length = stream.seek(0, io.SEEK_END)
             raise ValueError(f"the TIFF has no picture, or is damaged or cut short ({length} bytes)") from error
-        found.append(Page(found[0].file, lock, offset, (0, 0, 0), 1))  # is named when it is due
+        if len(found) > 1:  # else what says where another one is may be anything
+            found.append(Page(found[0].file, lock, offset, (0, 0, 0), 1))  # is named when it is due
     if not found:
         raise _RefusedError("holds nothing but a smaller version of a picture, or its mask; open the picture itself")
+    if len(found) == 1 and _is_stack(found[0].file):
+        raise _RefusedError("holds several pictures in one page, as large stacks of ImageJ do; save each as a page")
     width, height = (max(page.size[axis] for page in found) for axis in (0, 1))
     # Not all programs mark thumbnails and pyramids.
     return [page for page in found if 0 in page.size or 2 * page.size[0] > width or 2 * page.size[1] > height]
@@ -108,6 +109,13 @@ def _page_at(file: Any, offset: int) -> Any:
 
     file.filehandle.seek(offset)
     return tifffile.TiffPage(file, index=0)
+
+
+def _is_stack(file: Any) -> bool:
+    """Whether the only page of a file is followed by pictures without tags, as its description says."""
+    with contextlib.suppress(Exception):  # many kinds on descriptions that are not as they seem
+        return bool((file.is_imagej or file.is_shaped) and file.series[0].is_truncated)
+    return False
 
 
 def _next_offset(file: Any, offset: int) -> int:

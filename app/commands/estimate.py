@@ -127,7 +127,7 @@ def _estimate_pictures(
     auto_masks = AutoMasks(settings, console.say)
 
     def write(
-        path: Path, sha256: str | None, taken_s: float | None, found: Estimate, read: Callable[[], np.ndarray]
+        path: Path, sha256: str | None, taken_s: float | None, found: Estimate, read: Callable[[], Picture]
     ) -> None:
         def keep(picture: np.ndarray) -> None:
             if folder is not None:
@@ -136,7 +136,7 @@ def _estimate_pictures(
         name = as_text(str(path))
         line = found.to_dict(name, 0, None, sha256, taken_s, how.carrier) | NO_TRACK | given.turned(how)
         seen = Seen(name, results.frames, found, trust_of(found), vehicle=how.carrier)
-        results.write(line, str(path), seen, read, keep, bag)
+        results.write(line, str(path), seen, lambda: read().frame(), keep, bag)
 
     if given.is_split(how):
         from dockpose.app.processing.parallel import PictureWork, split, workers
@@ -148,7 +148,7 @@ def _estimate_pictures(
                 else:
                     batch.tell_orientation(one.tag, batch.files[one.index].path)
                     file = batch.files[one.index]
-                    write(file.path, one.sha256, one.time_unix_s, one.estimate, lambda file=file: file.read().image)
+                    write(file.path, one.sha256, one.time_unix_s, one.estimate, file.read)
         return
 
     def work(picture: Picture) -> Estimate:
@@ -158,7 +158,7 @@ def _estimate_pictures(
         return found
 
     for picture, found in batch.run(work):
-        write(picture.path, picture.sha256, picture.time_unix_s, found, lambda picture=picture: picture.image)
+        write(picture.path, picture.sha256, picture.time_unix_s, found, lambda picture=picture: picture)
 
 
 def run_session(arguments: argparse.Namespace) -> int:

@@ -20,6 +20,7 @@ from dockpose.app.inputs.pictures import known
 from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.processing.following import Followed, Following
 from dockpose.app.processing.parallel import Found, SequenceWork, found_in, split, workers
+from dockpose.camera.mark import COMMENT
 from dockpose.sources import Callback, Frame, Frames, Live, Video, read_ahead
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def estimate_sequence(
             line = tracked.to_dict(found.name, found.index, *times, how.carrier) | turned(how)
             time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
             seen = Seen(found.name, found.index, followed.estimate, followed.trust, tracked.track, vehicle=how.carrier)
-            read = functools.partial(run.picture, found.index)
+            read = functools.partial(run.frame, found.index)
             keep = functools.partial(write_picture, found.index, found.time_s)
             results.write(line, f"{found.label}{time}", seen, read, keep, bag)
             progress.step(frames.dropped)
@@ -99,11 +100,11 @@ class _Run:
         self.last: Frame | None = None  # the frame that came last
         self.skipped = 0  # corrupt frames that other processes reported
 
-    def picture(self, index: int) -> np.ndarray:
-        """The picture of the frame that came last, as it is shown."""
+    def frame(self, index: int) -> Frame:
+        """The frame that came last, by its index."""
         if self.last is None or self.last.index != index:
             self.last = self._frames.at(index)
-        return self.last.picture()
+        return self.last
 
     def __iter__(self) -> Iterator[tuple[Found, Followed]]:
         frames = self._frames
@@ -138,7 +139,7 @@ def _picture_writer(
     if folder is None:
         return lambda index, time_s, picture: None
     if is_video_file(results.to.annotate):
-        video = files.enter_context(VideoFile(folder, frames.rate_hz or _RATE_HZ))
+        video = files.enter_context(VideoFile(folder, frames.rate_hz or _RATE_HZ, comment=COMMENT))
         return lambda index, time_s, picture: video.write(picture, time_s)
     pictures = results.folder(folder)
     return lambda index, time_s, picture: pictures.write(f"frame_{index + 1:04d}", picture)

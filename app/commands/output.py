@@ -4,23 +4,23 @@ import argparse
 import contextlib
 import csv
 import dataclasses
-import functools
 import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import cv2
 import msgspec
 import numpy as np
 from dockpose.app.commands.console import check_stopped, put, put_text
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import check_folder, unwritable, writing
 from dockpose.app.export.data import CSV_COLUMNS, to_row
-from dockpose.app.export.recordings.ros import PoseFile, Seen
+from dockpose.app.export.recordings.ros import PoseFile, Seen, to_file
 from dockpose.app.inputs.protected import Protected
 from dockpose.app.state.trust import NO_POSE, Trust, headline_of
+from dockpose.camera import mark
 from dockpose.files import GrowingFile, write_whole
+from dockpose.sources import Frame
 from dockpose.text import as_text
 
 
@@ -48,24 +48,21 @@ class ResultWriter:
 
     def bag(self, source: str, files: contextlib.ExitStack, tell: Callable[[str], None]) -> PoseFile | None:
         """Open what ``--out`` names for the frames of one source, to be closed with ``files``."""
-        path = self.to.out
-        return None if path is None else files.enter_context(contextlib.closing(PoseFile(path, source, tell)))
+        if self.to.out is None:
+            return None
+        bag = PoseFile(self.to.out, source, tell, has_pictures=not self.to.no_pictures)
+        return files.enter_context(contextlib.closing(bag))
 
     def write(
         self,
         line: dict[str, Any],
         label: str,
         seen: Seen,
-        read: Callable[[], np.ndarray],
+        read: Callable[[], Frame],
         keep: Callable[[np.ndarray], object],
         bag: PoseFile | None,
     ) -> None:
-        """Write a frame, whose picture ``read`` returns, and whose annotated one ``keep`` takes."""
-
-        @functools.cache
-        def drawn() -> np.ndarray:
-            return annotate(read(), seen.found, headline=headline_of(seen.trust))
-
+        """Write a frame, which ``read`` returns again, and whose annotated picture ``keep`` takes."""
         check_stopped()
         if line["status"] == "method_failed":
             self.failures.append(line["message"])
@@ -74,14 +71,17 @@ class ResultWriter:
         if self._table is not None:
             self._table.writerow(to_row(line))
         if self.to.annotate is not None:
-            keep(drawn())
+            keep(annotate(read().picture(), seen.found, headline=headline_of(seen.trust)))
         # Of a sequence, whose progress is shown, the files tell; of pictures by themselves a line tells too.
         if not self._is_silent and (seen.track is None or not self._has_files):
             put(f"{label}: {_sentences(line, seen.trust)}")
         self.frames += 1
         self.docks += line["status"] == "ok"
         if bag is not None:
-            bag.write(dataclasses.replace(seen, picture=drawn()), line["time_s"], line["time_unix_s"])
+            if not self.to.no_pictures:
+                frame = read()
+                seen = dataclasses.replace(seen, picture=frame.encoded or to_file(frame.image))
+            bag.write(seen, line["time_s"], line["time_unix_s"])
 
     def put_sum(self) -> None:
         """Say in how many of several pictures a dock was found."""
@@ -178,11 +178,11 @@ class PictureFolder:
         self._folder, self._protected, self._taken = folder, protected, set[Path]()
 
     def write(self, name: str, picture: np.ndarray) -> None:
-        """Write a picture as NAME.png, or NAME-2.png where an input or another result has that name."""
+        """Write a picture that was drawn on as NAME.png, or NAME-2.png where an input or a result has that name."""
         path, number = self._folder / f"{name}.png", 1
         while path.resolve() in self._taken or self._protected.owner(path):
             number += 1
             path = self._folder / f"{name}-{number}.png"
         self._taken.add(path.resolve())
         with writing(path):
-            write_whole(path, cv2.imencode(".png", picture)[1].tobytes())
+            write_whole(path, mark.to_png(picture))

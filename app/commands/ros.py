@@ -9,11 +9,9 @@ from typing import Any
 from dockpose import Camera, Dock, Settings, Vehicle, load_vehicle
 from dockpose.app.commands.arguments import camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, say
-from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import UserError
-from dockpose.app.export.recordings.ros import TOPICS, Message, Seen, header, messages_of, status_of
+from dockpose.app.export.recordings.ros import TOPICS_OF_NODE, Message, Seen, header, messages_of, status_of
 from dockpose.app.processing.following import Following
-from dockpose.app.state.trust import headline_of
 from dockpose.camera.image import ImageError
 from dockpose.sidecar import load_dock
 from dockpose.sources import Frame
@@ -78,29 +76,28 @@ class NodeLogic:
     def take_image(self, message: Any, now_s: float) -> list[Message]:
         """Search a picture."""
         stamp = message.header.stamp
-        time_s = stamp.sec + 1e-9 * stamp.nanosec
-        if time_s == 0:
+        time_ns = stamp.sec * 10**9 + stamp.nanosec
+        if time_ns == 0:
             self._tell_once("pictures have no time stamps; the time at which they arrive is taken")
-            time_s = now_s
+            time_ns = round(1e9 * now_s)
         frame_id, number = message.header.frame_id or "camera_optical_frame", self._frames
         self._frames += 1
         try:
-            return self._searched(message, time_s, frame_id, number)
+            return self._searched(message, time_ns, frame_id, number)
         except (ImageError, UserError, ValueError) as error:
             self._tell_once(str(error))
             trouble = status_of(_ERROR, str(error), self.image_topic)
-            return [("/diagnostics", {"header": header(time_s, frame_id)} | trouble)]
+            return [("/diagnostics", {"header": header(time_ns, frame_id)} | trouble)]
 
-    def _searched(self, message: Any, time_s: float, frame_id: str, number: int) -> list[Message]:
+    def _searched(self, message: Any, time_ns: int, frame_id: str, number: int) -> list[Message]:
         picture = picture_in(message, self.image_topic)
         camera = self._camera_of(*picture.shape[:2])
         if self._following is None:
             self._following = Following(camera, self._dock, self._settings, self._tell, is_live=True)
-        followed = self._following.see(Frame(picture, number, time_s, self.image_topic))
+        followed = self._following.see(Frame(picture, number, time_ns / 1e9, self.image_topic))
         found, trust = followed.estimate, followed.trust
-        drawn = annotate(picture, found, headline=headline_of(trust))
-        seen = Seen(self.image_topic, number, found, trust, followed.tracked.track, drawn, vehicle=self._vehicle)
-        return messages_of(seen, time_s, frame_id)
+        seen = Seen(self.image_topic, number, found, trust, followed.tracked.track, vehicle=self._vehicle)
+        return messages_of(seen, time_ns, frame_id)
 
     def _tell_once(self, sentence: str) -> None:
         if sentence not in self._told:
@@ -170,8 +167,12 @@ def make_node(defaults: dict[str, Any]) -> Any:
                 self.get_logger().error(str(error))
                 return done.FAILURE
             reliable = qos.QoSProfile(depth=10, reliability=qos.ReliabilityPolicy.RELIABLE)
-            for topic, kind in TOPICS.items():
-                self._outputs[topic] = self.create_lifecycle_publisher(message_class(kind), topic, reliable)
+            for topic, kind in TOPICS_OF_NODE.items():
+                try:
+                    self._outputs[topic] = self.create_lifecycle_publisher(message_class(kind), topic, reliable)
+                except ImportError:
+                    package = kind.partition("/")[0]
+                    self.get_logger().warning(f"{topic} is not published, for lack of the package {package}")
             return done.SUCCESS
 
         def on_activate(self, state: Any) -> Any:
@@ -218,7 +219,9 @@ def make_node(defaults: dict[str, Any]) -> Any:
                 return
             now_s = 1e-9 * self.get_clock().now().nanoseconds
             for topic, fields in self._logic.take_image(message, now_s):
-                self._outputs[topic].publish(filled(message_class(TOPICS[topic])(), fields))
+                if topic in self._outputs:
+                    kind = TOPICS_OF_NODE[topic]
+                    self._outputs[topic].publish(filled(message_class(kind)(), fields))
 
     return DockNode()
 

@@ -11,6 +11,7 @@ from dockpose import Estimate
 from dockpose.app.drawing import colours
 from dockpose.app.drawing.annotated import DRAWN, check_layers
 from dockpose.app.drawing.numbers import chance, length_words, pose_cells, status_words
+from dockpose.camera.mark import COMMENT
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
 from dockpose.pose.circle import CirclePose
@@ -34,7 +35,7 @@ def new_figure(width_in: float, height_in: float, dpi: float = DPI, layout: Any 
 
 def to_png(figure: "Figure") -> bytes:
     """Return the figure as PNG at its own resolution."""
-    return _saved(figure, "png", {"Software": None})
+    return _saved(figure, "png", {"Software": None, "Comment": COMMENT})
 
 
 def to_svg(figure: "Figure", name: str = "figure") -> bytes:

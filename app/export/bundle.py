@@ -19,6 +19,7 @@ from dockpose.app.inputs.received import safe_name
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.state.trust import headline_of
+from dockpose.camera import mark
 from dockpose.estimate import SCHEMA
 from dockpose.files import FileError, read_small
 
@@ -45,7 +46,7 @@ def picture_files(
     view, found = analysis.view, analysis.estimate
     drawn: dict[str, Any] = {"layers": layers, "truth": view.truth}
     files: Files = {
-        "annotated.png": lambda: data.to_png(
+        "annotated.png": lambda: mark.to_png(
             annotate(view.image, found, headline=headline_of(analysis.trust), **drawn)
         ),
         **_figure_files("annotated", lambda: picture_figure(view.image, found, **drawn), "svg"),

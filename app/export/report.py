@@ -32,6 +32,7 @@ from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis, estimate_again
 from dockpose.app.resources import versions
 from dockpose.app.state.trust import headline_of
+from dockpose.camera import mark
 from dockpose.camera.image import decode, turned
 from dockpose.pose.known import pose_error
 from dockpose.thresholds import LEVELS, Threshold
@@ -196,8 +197,7 @@ def _data_uri(picture: np.ndarray, widest_px: int) -> str:
     scale = min(1.0, widest_px / picture.shape[1])
     size = (max(1, round(scale * picture.shape[1])), max(1, round(scale * picture.shape[0])))
     scaled = picture if scale == 1 else cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
-    data = cv2.imencode(".jpg", scaled, [cv2.IMWRITE_JPEG_QUALITY, 88])[1].tobytes()
-    return f"data:image/jpeg;base64,{base64.b64encode(data).decode()}"
+    return f"data:image/jpeg;base64,{base64.b64encode(mark.to_jpeg(scaled, 88)).decode()}"
 
 
 def _svg(figure: "Figure", name: str) -> Markup:

@@ -142,7 +142,13 @@ class VideoFile(contextlib.AbstractContextManager["VideoFile"]):
     """A video made from pictures of one size, begun with the first; as a context manager it finishes itself."""
 
     def __init__(
-        self, path: Path, rate_hz: float, *, is_lossless: bool = False, began_unix_s: float | None = None
+        self,
+        path: Path,
+        rate_hz: float,
+        *,
+        is_lossless: bool = False,
+        began_unix_s: float | None = None,
+        comment: str = "",
     ) -> None:
         if not path.parent.is_dir():
             raise UserError(f"{path}: cannot be written ({path.parent}: there is no such folder)")
@@ -150,7 +156,7 @@ class VideoFile(contextlib.AbstractContextManager["VideoFile"]):
         self._path, self._suffix = path, path.suffix.lower()
         self._codec = _CODECS[self._suffix] if is_lossless or self._suffix != ".avi" else _MOTION_JPEG
         self._rate_hz = Fraction(rate_hz).limit_denominator(1001)
-        self._began_unix_s = began_unix_s
+        self._began_unix_s, self._comment = began_unix_s, comment
         self._container: OutputContainer | None = None
         self._file: MuxedFile | None = None
         self._count = 0
@@ -227,6 +233,8 @@ class VideoFile(contextlib.AbstractContextManager["VideoFile"]):
             self._file = MuxedFile(self._path)
             options_of_file = _MP4 if self._suffix == ".mp4" else {}
             container = av.open(self._file, "w", format=self._suffix[1:], container_options=options_of_file)
+        if self._comment:
+            container.metadata["comment"] = self._comment
         self._container = container
         self._tick = 1 / self._rate_hz if self._suffix == ".avi" else _TICK
         self._named_tick = MILLISECOND if self._suffix == ".mkv" else self._tick

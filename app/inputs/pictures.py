@@ -13,7 +13,7 @@ from dockpose.camera.image import orientation_sentence, turned
 from dockpose.files import FileError, to_yaml, write_whole
 from dockpose.pose.known import KnownPose
 from dockpose.sidecar import read_sidecar, sample_path
-from dockpose.sources import list_pictures
+from dockpose.sources import Frame, list_pictures
 from dockpose.sources.pictures import read_tagged
 
 Result = TypeVar("Result")
@@ -31,6 +31,11 @@ class Picture:
     truth: KnownPose | None = None  # where the dock really is
     time_unix_s: float | None = None  # when it was taken, since 1970-01-01 00:00 UTC
     tag: int = 1  # of its orientation, by EXIF's numbers
+    encoded: bytes | None = None  # see ``Frame.encoded``
+
+    def frame(self) -> Frame:
+        """The picture as the only frame of a source."""
+        return Frame(self.image, 0, None, str(self.path), self.sha256, encoded=self.encoded)
 
 
 @dataclass(frozen=True)
@@ -44,9 +49,9 @@ class PictureFile:
 
     def read(self) -> Picture:
         """Read and decode it. Raises ImageError, which names the file, where that cannot be done."""
-        image, sha256, taken_s, tag = read_tagged(self.path)
-        image = turned(image, self.rotate_deg)
-        return Picture(self.path, image, sha256, self.camera, self.dock, time_unix_s=taken_s, tag=tag)
+        image, sha256, taken_s, tag, encoded = read_tagged(self.path)
+        more = {"time_unix_s": taken_s, "tag": tag, "encoded": None if self.rotate_deg else encoded}
+        return Picture(self.path, turned(image, self.rotate_deg), sha256, self.camera, self.dock, **more)
 
 
 class Batch:

@@ -144,7 +144,7 @@ def open_source(
     if source is None:
         return _sample_view(sample_names()[0], mine, camera=camera, dock=dock)
     path = Path(source)
-    image, sha256, _, tag = read_tagged(path)
+    image, sha256, _, tag, _ = read_tagged(path)
     beside = read_sidecar(path)
     camera, truth = camera or beside.camera, beside.truth
     brought = Sidecar(

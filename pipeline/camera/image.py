@@ -8,7 +8,7 @@ from typing import Any, BinaryIO
 
 import cv2
 import numpy as np
-from dockpose.camera import tiff
+from dockpose.camera import mark, tiff
 from dockpose.camera.stills import as_meant, is_cut_short, is_many, name_of
 from dockpose.files import FileError, read_small
 from dockpose.text import InputError
@@ -70,6 +70,8 @@ def decode(data: bytes, name: str = "image") -> np.ndarray:
     check_size(width, height, pixel_bytes, name)
     if is_animated:
         raise ImageError(f"{name}: is an animation, which is a sequence; open it by itself, like a video")
+    if mark.is_drawn(data):
+        raise ImageError(mark.refusal(name))
     if is_gif:  # not read by OpenCV before 4.11
         with opened_quietly(io.BytesIO(data)) as picture:
             return of_pillow(picture, name)

@@ -7,6 +7,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+from dockpose.camera import mark
 from dockpose.camera.image import ImageError, read, to_grey
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import Canvas, to_bgr8
@@ -83,7 +84,7 @@ def draw_pose(
 
 def png(found: Stages) -> bytes:
     """Return the drawing as a PNG file."""
-    return cv2.imencode(".png", draw(found))[1].tobytes()
+    return mark.to_png(draw(found))
 
 
 def _draw_line(canvas: Canvas, found: Stages, points: np.ndarray, colour: str, width: float = 1.0) -> None:

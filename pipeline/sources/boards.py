@@ -111,7 +111,7 @@ def grey_pictures(paths: Sequence[Path], tell: Callback = lambda text: None) -> 
     known = {1}
     for path in paths:
         try:
-            image, _, _, tag = read_tagged(path)
+            image, _, _, tag, _ = read_tagged(path)
         except (OSError, ValueError):
             yield path.name, None
             continue

@@ -47,6 +47,8 @@ class Frame:
         When it was taken, since 1970-01-01 00:00 UTC; None where the source does not know.
     monotonic_s : float or None, seconds
         Of a live source, when it was taken or else came, by ``time.monotonic()``; None of a recording.
+    encoded : bytes or None
+        The file that ``image`` was decoded from, where that is a JPEG or PNG and the frame is not turned.
     """
 
     image: np.ndarray
@@ -57,6 +59,7 @@ class Frame:
     shown: Callable[[], np.ndarray] | None = None
     time_unix_s: float | None = None
     monotonic_s: float | None = None
+    encoded: bytes | None = None
 
     def picture(self) -> np.ndarray:
         """The picture to show, in colour where the source has it; as ``image`` otherwise."""
@@ -142,7 +145,7 @@ class Frames(abc.ABC):
             return frame
         shown, degrees = frame.shown, self._turn_deg
         turned_shown = None if shown is None else lambda: turned(shown(), degrees)
-        return replace(frame, image=turned(frame.image, degrees), shown=turned_shown)
+        return replace(frame, image=turned(frame.image, degrees), shown=turned_shown, encoded=None)
 
     def _tell_orientation(self, tag: int, name: str) -> None:
         """Name a tag of orientation where it is the first of its kind in this source."""
@@ -172,6 +175,11 @@ class Indexed(Frames):
     @abc.abstractmethod
     def _frame(self, index: int) -> Frame:
         """Read a frame. Raises ValueError, whose text names the source, where that cannot be done."""
+
+
+def as_encoded(data: bytes) -> bytes | None:
+    """The bytes of a picture file where they are a JPEG or PNG, as ``Frame.encoded`` has them."""
+    return data if data.startswith((b"\xff\xd8", b"\x89PNG")) else None
 
 
 def growing(stamps: Sequence[int]) -> tuple[list[int], list[int]]:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from dockpose.camera import image as decoding
 from dockpose.camera.tiff import is_tiff
-from dockpose.sources.frames import Callback, Frame, Indexed, SourceError
+from dockpose.sources.frames import Callback, Frame, Indexed, SourceError, as_encoded
 from dockpose.text import as_text
 from PIL import ExifTags, Image
 
@@ -35,10 +35,11 @@ class Pictures(Indexed):
 
     def _frame(self, index: int) -> Frame:
         path = self.paths[index]
-        image, sha256, taken_s, tag = read_tagged(path)
+        image, sha256, taken_s, tag, encoded = read_tagged(path)
         self._tell_orientation(tag, str(path))
         time_s = None if self.rate_hz is None else index / self.rate_hz
-        return Frame(image, index, time_s, as_text(str(path)), sha256, time_unix_s=taken_s)
+        name = as_text(str(path))
+        return Frame(image, index, time_s, name, sha256, time_unix_s=taken_s, encoded=encoded)
 
 
 class Pages(Indexed):
@@ -111,11 +112,12 @@ def _times_s(path: Path) -> list[float | None]:
     return [round(time, 6) if is_timed else None for time in times_s[:-1]]
 
 
-def read_tagged(path: Path) -> tuple[np.ndarray, str, float | None, int]:
-    """Read a picture file (H, W): with its checksum, when it was taken as :func:`taken_unix_s`, and its orientation."""
+def read_tagged(path: Path) -> tuple[np.ndarray, str, float | None, int, bytes | None]:
+    """A file's picture (H, W), checksum, time as by :func:`taken_unix_s`, orientation, and :func:`as_encoded` bytes."""
     data = decoding.read_picture_file(path)
     image = decoding.decode(data, str(path))
-    return image, hashlib.sha256(data).hexdigest(), taken_unix_s(data), decoding.orientation_of(data)
+    sha256, tag = hashlib.sha256(data).hexdigest(), decoding.orientation_of(data)
+    return image, sha256, taken_unix_s(data), tag, as_encoded(data)
 
 
 def taken_unix_s(data: bytes) -> float | None:

@@ -9,6 +9,7 @@ from functools import partial
 import av
 import numpy as np
 from av.error import FFmpegError
+from dockpose.camera import mark
 from dockpose.sources import ffmpeg
 from dockpose.sources.ffmpeg import Order, picture_of
 from dockpose.sources.frames import Callback, Frame, Frames, SourceError
@@ -44,6 +45,8 @@ class Video(Frames):
         self._grey = grey
         container, is_broken_off = ffmpeg.video_in(source)
         with container:
+            if mark.COMMENT in container.metadata.values():
+                raise SourceError(mark.refusal(source, "video"))
             stream = container.streams.video[0]
             self._time_base = Fraction(stream.time_base or 1)
             self._told = stream.frames or None

@@ -7,8 +7,18 @@ from typing import Any
 
 from rosbags.typesys import Stores, get_typestore
 
-STORE = get_typestore(Stores.ROS2_HUMBLE)
-PACKAGES = ("sensor_msgs", "geometry_msgs", "tf2_msgs", "diagnostic_msgs", "std_msgs", "builtin_interfaces")
+from tests.support import foxglove
+
+STORE = foxglove.register(get_typestore(Stores.ROS2_HUMBLE))
+PACKAGES = (
+    "sensor_msgs",
+    "geometry_msgs",
+    "tf2_msgs",
+    "diagnostic_msgs",
+    "std_msgs",
+    "builtin_interfaces",
+    "foxglove_msgs",
+)
 
 
 def message_type(kind: str) -> type:

@@ -12,10 +12,11 @@ import cv2
 import numpy as np
 import yaml
 from dockpose import Camera, Estimate, Vehicle
-from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import UserError, unwritable, writing
+from dockpose.app.export.recordings.annotations import ANNOTATIONS, DEFINITIONS, annotations_of
 from dockpose.app.state.trust import Trust, headline_of, trust_of
 from dockpose.camera.files import ros_content
+from dockpose.camera.image import as_picture
 from dockpose.files import GrowingFile
 from dockpose.guidance import entrance_of
 from dockpose.pose.circle import CirclePose
@@ -28,6 +29,7 @@ FRAME_ID, DOCK_FRAME_ID, ENTRANCE_FRAME_ID = "camera_optical_frame", "dock", "do
 BODY_FRAME_ID = "base_link"  # x ahead, y left, z up, whatever the vehicle file's frame (REP 103)
 _POSE, _TF = "geometry_msgs/msg/PoseWithCovarianceStamped", "tf2_msgs/msg/TFMessage"
 _PICTURE, _DIAGNOSTICS = "sensor_msgs/msg/CompressedImage", "diagnostic_msgs/msg/DiagnosticArray"
+PICTURES = "/dock/image"  # in files alone
 # The type of what is on each topic.
 TOPICS = {
     "/diagnostics": _DIAGNOSTICS,
@@ -38,15 +40,18 @@ TOPICS = {
     "/detected_dock_pose": "geometry_msgs/msg/PoseStamped",
     "/dock/entrance": _POSE,
     "/tf": _TF,
-    "/dock/image/compressed": _PICTURE,
+    PICTURES: _PICTURE,
+    "/dock/annotations": ANNOTATIONS,
     "/dock/camera_info": CAMERA_INFO,
 }
+TOPICS_OF_NODE = {topic: kind for topic, kind in TOPICS.items() if topic != PICTURES}
 _LEVELS = {"green": 0, "amber": 1, "red": 2}  # OK, WARN, ERROR of diagnostic_msgs/DiagnosticStatus
-_JPEG_QUALITY = 90
+_FAST = [cv2.IMWRITE_PNG_COMPRESSION, 1]
 ENDING = ".mcap"
 # So little is kept back that a frame with its picture is on the disk at once.
 _CHUNK_BYTES = 16 * 1024
 _PERIOD_S = 0.1  # between frames of which no time is known
+_ROUNDED_NS = 1000  # a time of day in seconds has no more digits
 _FIRST_S = 1.0  # stamp of the first frame where the time of day is not known; a stamp of 0 stands for none
 _WITHOUT_DAY = "seconds since the first frame, plus 1; the source does not know the time of day"
 
@@ -62,15 +67,21 @@ class Seen:
     found: Estimate  # with the pose selected that was chosen in the end
     trust: Trust  # how far to trust it
     track: Track | None = None  # state of the track
-    picture: np.ndarray | None = None  # (H, W, 3): the annotated picture
+    picture: bytes | None = None  # the picture that was searched, as a PNG or JPEG file
     clock: str = "time of day"  # what the time stamps are
     vehicle: Vehicle | None = None  # what carries the camera
 
 
-def messages_of(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> list[Message]:
+def messages_of(seen: Seen, time_ns: int, frame_id: str = FRAME_ID) -> list[Message]:
     """Return all messages about a frame, each with its topic, which is one of ``TOPICS``."""
-    head = header(time_s, frame_id)
-    messages: list[Message] = [("/diagnostics", {"header": head} | _diagnostics(seen))]
+    head = header(time_ns, frame_id)
+    drawn = annotations_of(seen.found, headline_of(seen.trust), head["stamp"])
+    messages: list[Message] = [("/diagnostics", {"header": head} | _diagnostics(seen)), ("/dock/annotations", drawn)]
+    if seen.picture is not None:
+        kind = "jpeg" if seen.picture.startswith(b"\xff\xd8") else "png"
+        messages.append((PICTURES, {"header": head, "format": kind, "data": seen.picture}))
+    if seen.found.camera.port is None:
+        messages.append(("/dock/camera_info", camera_message(seen.found.camera, head)))
     if seen.found.status == "ok":
         for topic, pose in zip(("/dock/pose_a", "/dock/pose_b"), seen.found.candidates, strict=False):
             messages.append((topic, pose_message(pose, head)))
@@ -79,12 +90,7 @@ def messages_of(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> list[Mes
         return messages
     message = pose_message(chosen, head)
     messages += [("/dock/pose", message), ("/detected_dock_pose", message | {"pose": message["pose"]["pose"]})]
-    messages += _placed_messages(chosen, seen, head)
-    if seen.found.camera.port is None:
-        messages.append(("/dock/camera_info", camera_message(seen.found.camera, head)))
-    if seen.picture is not None:
-        messages.append(("/dock/image/compressed", {"header": head, "format": "jpeg", "data": jpeg(seen.picture)}))
-    return messages
+    return messages + _placed_messages(chosen, seen, head)
 
 
 def _placed_messages(chosen: CirclePose, seen: Seen, head: dict[str, Any]) -> list[Message]:
@@ -169,9 +175,9 @@ def status_of(level: int, message: str, source: str, values: Sequence[dict[str, 
     return {"status": [status | {"hardware_id": source, "values": list(values)}]}
 
 
-def jpeg(picture: np.ndarray) -> bytes:
-    """A picture (H, W, 3), BGR of 8 bits, as a JPEG file."""
-    return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
+def to_file(picture: np.ndarray) -> bytes:
+    """A picture (H, W) or (H, W, 3) of 8 or 16 bits as a PNG file, quickly."""
+    return cv2.imencode(".png", picture, _FAST)[1].tobytes()
 
 
 def _as_text(value: Any) -> str:
@@ -182,17 +188,16 @@ def _as_text(value: Any) -> str:
     return repr(value) if isinstance(value, float) and math.isfinite(value) else str(value)
 
 
-def header(time_s: float, frame_id: str) -> dict[str, Any]:
-    """Return a message's header; ``time_s`` is in seconds since 1970."""
-    nanoseconds = round(1e9 * time_s)
-    return {"stamp": {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}, "frame_id": frame_id}
+def header(time_ns: int, frame_id: str) -> dict[str, Any]:
+    """Return a message's header; ``time_ns`` is in nanoseconds since 1970."""
+    return {"stamp": {"sec": time_ns // 10**9, "nanosec": time_ns % 10**9}, "frame_id": frame_id}
 
 
 def pose_yaml(found: Estimate) -> str | None:
     """Return the chosen pose's message as YAML, None without one."""
     if found.selected is None:
         return None
-    message = pose_message(found.selected, header(0.0, FRAME_ID))
+    message = pose_message(found.selected, header(0, FRAME_ID))
     note = "# When the picture was taken is not known: the stamp is 0.\n"
     return note + yaml.safe_dump(message, sort_keys=False, default_flow_style=None)
 
@@ -213,45 +218,44 @@ def write_bag(
     """Write pictures, their times in seconds or None, and what was found in them as ``estimate --out`` does."""
     with contextlib.closing(PoseFile(Path(path), source, tell)) as file:
         for number, (image, time_s, found) in enumerate(frames):
-            trust = trust_of(found)
-            picture = annotate(image, found, headline=headline_of(trust))
-            file.write(Seen(source, number, found, trust, picture=picture), time_s, None)
+            file.write(Seen(source, number, found, trust_of(found), picture=to_file(as_picture(image))), time_s, None)
 
 
 class PoseFile:
     """An MCAP file with the poses of each frame; killed, it leaves what readers without an index read."""
 
-    def __init__(self, path: Path, source: str, tell: Callable[[str], None]) -> None:
+    def __init__(self, path: Path, source: str, tell: Callable[[str], None], *, has_pictures: bool = True) -> None:
         try:
             from mcap.writer import Writer
-            from rosbags.typesys import Stores, get_typestore
+            from rosbags.typesys import Stores, get_types_from_msg, get_typestore
         except ImportError as error:
             raise UserError(f"--out {path}: needs the packages that write bags: pip install 'dockpose[ros]'") from error
         self._path, self._source, self._tell = path, source, tell
         with writing(path):
             self._file = GrowingFile(path)
         self._store = get_typestore(Stores.ROS2_HUMBLE)
+        for name, text in DEFINITIONS.items():
+            self._store.register(get_types_from_msg(text, name))
         # What is called here as a file needs no more than a file's write, tell and flush.
         self._writer = Writer(cast("BinaryIO", self._file), chunk_size=_CHUNK_BYTES)
         with self._writing():
             self._writer.start(profile="ros2", library=f"dockpose {version('dockpose')}")
         self._channels: dict[str, int] = {}
-        for topic, kind in TOPICS.items():
+        for topic, kind in TOPICS.items() if has_pictures else TOPICS_OF_NODE.items():
             definition = self._store.generate_msgdef(kind, ros_version=2)[0].encode()
             schema = self._writer.register_schema(kind, "ros2msg", definition)
             self._channels[topic] = self._writer.register_channel(topic, "cdr", schema)
         self._is_open = True
-        self._begin_s: float | None = None  # of the clock of the stamps, at the frames' time 0
+        self._begin_ns: int | None = None  # of the clock of the stamps, at the frames' time 0
         self._clock = ""
         self._count = 0
 
     def write(self, seen: Seen, time_s: float | None, time_unix_s: float | None) -> None:
         """Add a frame."""
-        stamp_s = self._stamp_s(time_s, time_unix_s)
+        time_ns = self._stamp_ns(time_s, time_unix_s)
         with self._writing():
-            for topic, fields in messages_of(replace(seen, clock=self._clock), stamp_s):
+            for topic, fields in messages_of(replace(seen, clock=self._clock), time_ns):
                 data = bytes(self._store.serialize_cdr(built(self._store, TOPICS[topic], fields), TOPICS[topic]))
-                time_ns = round(1e9 * stamp_s)
                 self._writer.add_message(self._channels[topic], time_ns, data, time_ns, self._count)
             self._file.mark()
         self._count += 1
@@ -273,18 +277,19 @@ class PoseFile:
             self._is_open = False
             raise unwritable(self._path, error, kept=self._file.cut()) from error
 
-    def _stamp_s(self, time_s: float | None, time_unix_s: float | None) -> float:
-        """Time of a frame by one clock for all of them."""
-        since_s = _PERIOD_S * self._count if time_s is None else time_s
-        if self._begin_s is None:
-            self._begin_s = _FIRST_S - since_s if time_unix_s is None else time_unix_s - since_s
+    def _stamp_ns(self, time_s: float | None, time_unix_s: float | None) -> int:
+        """Time of a frame by one clock for all of them, in nanoseconds."""
+        since_ns = round(1e9 * (_PERIOD_S * self._count if time_s is None else time_s))
+        if self._begin_ns is None:
+            self._begin_ns = round(1e9 * (_FIRST_S if time_unix_s is None else time_unix_s)) - since_ns
             self._clock = _WITHOUT_DAY if time_unix_s is None else "time of day"
             if time_unix_s is None:
                 self._tell(f"{self._source}: time stamps in {self._path} are {_WITHOUT_DAY}")
             self._writer.add_metadata("dockpose", {"source": self._source, "stamps": self._clock})
-        if time_unix_s is not None and self._clock != _WITHOUT_DAY:
-            return time_unix_s
-        return self._begin_s + since_s
+        stamp_ns = self._begin_ns + since_ns
+        if time_unix_s is None or self._clock == _WITHOUT_DAY or abs(stamp_ns - 1e9 * time_unix_s) < _ROUNDED_NS:
+            return stamp_ns
+        return round(1e9 * time_unix_s)
 
 
 def built(store: Any, kind: str, fields: dict[str, Any]) -> Any:

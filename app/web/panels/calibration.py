@@ -25,6 +25,7 @@ from dockpose.app.web.choices import Client
 from dockpose.app.web.html import small
 from dockpose.app.web.page import Page
 from dockpose.app.web.widgets import Panel
+from dockpose.camera import mark
 from dockpose.camera.board import Board, Sighting, count_squares
 from dockpose.camera.calibrate import BoardView, Calibration, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage, coverage_of
@@ -137,7 +138,7 @@ class CalibrationPanel(Panel):
 
     def _add_card(self, name: str, grey: np.ndarray, found: Sighting | None) -> None:
         drawn = picture_with_board(grey, found, self._gathering.board, self._gathering.counted_as, _CARD_PX)
-        jpeg = cv2.imencode(".jpg", cv2.cvtColor(drawn, cv2.COLOR_RGB2BGR))[1].tobytes()
+        jpeg = mark.to_jpeg(cv2.cvtColor(drawn, cv2.COLOR_RGB2BGR))
         if name not in self._cards:
             with self._area:
                 self._cards[name] = self.gui.add_html("", order=9 + 1e-6 * next(self._count)), ""

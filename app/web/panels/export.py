@@ -7,7 +7,6 @@ import cv2
 from dockpose.app.drawing.annotated import DRAWN, LAYERS
 from dockpose.app.errors import UserError
 from dockpose.app.export.bundle import Files, bundle_name, picture_files, to_zip
-from dockpose.app.export.data import to_png
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml
@@ -16,6 +15,7 @@ from dockpose.app.web.html import small
 from dockpose.app.web.page import Page
 from dockpose.app.web.server.viser_private import page_of_scene
 from dockpose.app.web.widgets import Panel
+from dockpose.camera import mark
 
 WHAT = read_toml("controls.toml")["export"]["files"]
 _RENDER_S = 20.0
@@ -93,4 +93,4 @@ def view_picture(client: Client) -> bytes:
         picture = client.get_render(*size, transport_format="png", timeout=_RENDER_S)
     except (TimeoutError, RuntimeError) as error:
         raise UserError(_NOT_DRAWN) from error
-    return to_png(cv2.cvtColor(picture, cv2.COLOR_RGBA2BGRA))
+    return mark.to_png(cv2.cvtColor(picture, cv2.COLOR_RGBA2BGRA))

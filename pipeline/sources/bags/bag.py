@@ -28,7 +28,7 @@ from dockpose.sources.bags.sqlite_file import SqliteFile
 from dockpose.sources.bags.storage import BAG_METADATA, Message, Place, Storage, Topic
 from dockpose.sources.bags.video import Packet, Packets, codec_of
 from dockpose.sources.ffmpeg import picture_of
-from dockpose.sources.frames import Callback, Frame, Indexed, SourceError, growing
+from dockpose.sources.frames import Callback, Frame, Indexed, SourceError, as_encoded, growing
 from dockpose.sources.pictures import numeric
 
 _MOST_TIMES = 1000  # that a file expands by, beyond the size of a chunk; dark pictures reach some hundreds
@@ -126,6 +126,8 @@ _LEAST_UNIX_NS = 10**17
 _DECIMALS = 9
 _TRIED = 50  # pictures at the beginning of which one must be whole, so that its size is known
 _OF_CAMERAS = ("info", "camera_info", "calibration")  # names of what is around the topic of a camera
+# What we wrote and published up to version 0.3: annotated pictures, beside a topic that tells them by name.
+_DRAWN, _BESIDE = "/dock/image/compressed", "/dock/pose_a"
 
 
 @dataclass
@@ -189,8 +191,11 @@ class Bag(Indexed):
     def _frame(self, index: int) -> Frame:
         name = f"{self.source}: frame {index}"
         try:
+            encoded = None
             if self._packets is None:
-                image = picture_in(self._message(index), name)
+                message = self._message(index)
+                image = picture_in(message, name)
+                encoded = as_encoded(bytes(memoryview(message.data))) if self._topic.kind in COMPRESSED_KINDS else None
             else:
                 image = picture_of(self._packets.frame(index))
         except SourceError as error:
@@ -198,12 +203,17 @@ class Bag(Indexed):
         time_ns = self._stamps_ns[index]
         time_unix_s = time_ns / 1e9 if time_ns >= _LEAST_UNIX_NS and not self._runs_back else None
         time_s = round(self._times_ns[index] / 1e9, _DECIMALS)
-        return Frame(image, index, time_s, self.source, time_unix_s=time_unix_s)
+        return Frame(image, index, time_s, self.source, time_unix_s=time_unix_s, encoded=encoded)
 
     def _chosen(self, index: _Index, topic: str | None) -> str:
         """The topic that was asked for, or the only one with pictures."""
         known = index.topics
         pictures = sorted(name for name, one in known.items() if one.kind in PICTURES and is_read(one))
+        drawn = {name for name in pictures if name.endswith(_DRAWN) and name.removesuffix(_DRAWN) + _BESIDE in known}
+        pictures = [name for name in pictures if name not in drawn]
+        if drawn and (not pictures or f"/{(topic or '').lstrip('/')}" in drawn):
+            what = f"topic {min(drawn)}: has pictures that dockpose has drawn on"
+            raise SourceError(f"{self.source}: {what}; give what they were made from")
         if topic is not None:
             wanted = topic if topic in known or topic.startswith("/") else f"/{topic}"
             if wanted in pictures:

@@ -6,7 +6,7 @@ import pytest
 from dockpose import Dock, Entrance, Settings
 from dockpose.app.cli import main
 from dockpose.app.commands.ros import NodeLogic, logic_of, make_node
-from dockpose.app.export.recordings.ros import TOPICS
+from dockpose.app.export.recordings.ros import TOPICS_OF_NODE as TOPICS
 from dockpose.app.inputs.pictures import save_dock
 from dockpose.simulate import render
 
@@ -154,7 +154,16 @@ def test_messages_are_filled_in_as_rclpy_takes_them(node):
     assert found["/diagnostics"].status[0].level in (b"\x00", b"\x01")
     assert len(found["/dock/pose"].pose.covariance) == 36
     assert found["/tf"].transforms[0].child_frame_id == "dock"
-    assert found["/dock/image/compressed"].data[:2].tobytes() == b"\xff\xd8"
+    assert [one.text for one in found["/dock/annotations"].texts if one.text in "AB"] == ["A", "B"]
+
+
+def test_without_foxglove_s_messages_it_publishes_all_else_and_says_so(node, monkeypatch):
+    monkeypatch.setitem(sys.modules, "foxglove_msgs.msg", None)
+    node.trigger_configure()
+    node.trigger_activate()
+    show(node)
+    assert {topic for topic, _ in node.published} == PLAIN - {"/dock/annotations"}
+    assert node.said == ["/dock/annotations is not published, for lack of the package foxglove_msgs"]
 
 
 @pytest.mark.parametrize(

@@ -36,9 +36,11 @@ class Search:
         self._searched_s = 0.0  # when one was searched last
 
     def see(self, image: Any, index: int, time_s: float | None, settings: Settings) -> Estimate:
-        """Follow the dock into the next frame, a picture (H, W) or (H, W, 3), or search that."""
+        """Follow the dock into the next frame, (H, W) or (H, W, 3), or search that."""
         last = self._last if self._is_live or index // BLOCK == self._index // BLOCK else None
         self._index = index
+        if last is not None and period_s(last.time_s, time_s) > settings.lost_after_s:
+            last = None
         if self._is_another:
             last, self._is_another = None, False
         if last is not None and index % _AGAIN == 0 and (last.found.detection or 0.0) < DECIDED:
@@ -55,8 +57,7 @@ class Search:
         found = estimate(image, self._camera, self._dock, settings)
         self._searched_s = time.monotonic()
         begun = begin(found, image, time_s) if _is_plain(image) else None
-        is_gone = last is not None and period_s(last.time_s, time_s) > settings.lost_after_s
-        self._last = begun or (None if is_gone else last)
+        self._last = begun or last
         return found
 
     def _followed(self, image: Any, last: Sighting, time_s: float | None, settings: Settings) -> Sighting | str:

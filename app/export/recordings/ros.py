@@ -51,6 +51,7 @@ ENDING = ".mcap"
 # So little is kept back that a frame with its picture is on the disk at once.
 _CHUNK_BYTES = 16 * 1024
 _PERIOD_S = 0.1  # between frames of which no time is known
+_APART_S = 2.0  # between pictures by themselves, so that none is followed from the one before when they are read again
 _ROUNDED_NS = 1000  # a time of day in seconds has no more digits
 _FIRST_S = 1.0  # stamp of the first frame where the time of day is not known; a stamp of 0 stands for none
 _WITHOUT_DAY = "seconds since the first frame, plus 1; the source does not know the time of day"
@@ -252,6 +253,8 @@ class PoseFile:
 
     def write(self, seen: Seen, time_s: float | None, time_unix_s: float | None) -> None:
         """Add a frame."""
+        if time_s is None:
+            time_s = self._count * (_APART_S if seen.track is None else _PERIOD_S)
         time_ns = self._stamp_ns(time_s, time_unix_s)
         with self._writing():
             for topic, fields in messages_of(replace(seen, clock=self._clock), time_ns):
@@ -277,9 +280,9 @@ class PoseFile:
             self._is_open = False
             raise unwritable(self._path, error, kept=self._file.cut()) from error
 
-    def _stamp_ns(self, time_s: float | None, time_unix_s: float | None) -> int:
+    def _stamp_ns(self, time_s: float, time_unix_s: float | None) -> int:
         """Time of a frame by one clock for all of them, in nanoseconds."""
-        since_ns = round(1e9 * (_PERIOD_S * self._count if time_s is None else time_s))
+        since_ns = round(1e9 * time_s)
         if self._begin_ns is None:
             self._begin_ns = round(1e9 * (_FIRST_S if time_unix_s is None else time_unix_s)) - since_ns
             self._clock = _WITHOUT_DAY if time_unix_s is None else "time of day"

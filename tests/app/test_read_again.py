@@ -1,0 +1,153 @@
+"""What we write is read again to the same poses: bags of every kind of source, a ZIP file's picture, a session's."""
+
+import io
+import json
+import zipfile
+
+import cv2
+import numpy as np
+import pytest
+from dockpose import estimate, load_camera
+from dockpose.app.cli import main
+from dockpose.app.experiment import Session
+from dockpose.app.export.bundle import picture_files, to_zip
+from dockpose.app.export.recording import Recording
+from dockpose.app.export.video import VideoFile
+from dockpose.app.processing.analysis import analyse
+from dockpose.app.state.view import open_source
+from dockpose.camera.files import save_camera
+from dockpose.sidecar import load_dock, sample_path
+from dockpose.simulate import Approach, FilmPlan, film, render
+from dockpose.sources import Arrival, Frame, open_frames
+
+from tests.support import bags
+from tests.support.scenes import CAMERA, DOCK, random_scene
+
+FRAMES = [
+    frame.image
+    for frame in film(FilmPlan(scene=random_scene(3), motion=Approach(start_m=1.3, end_m=1.2, frames=3, rate_hz=10.0)))
+]
+KNOWN = ["--dock-diameter", "0.30", "--lights", "10"]
+
+
+def coloured(picture):
+    """The same in three channels that differ."""
+    return np.stack([picture // 2, picture, picture - picture // 4], axis=2)
+
+
+def write_pictures(folder, ending, change):
+    (folder / "in").mkdir()
+    for number, picture in enumerate(FRAMES):
+        cv2.imwrite(str(folder / f"in/{number}.{ending}"), change(picture))
+    return str(folder / "in")
+
+
+def write_video(folder, name, is_lossless):
+    with VideoFile(folder / name, 10.0, is_lossless=is_lossless) as video:
+        for number, picture in enumerate(FRAMES):
+            video.write(coloured(picture) if name.endswith("mp4") else picture.astype(np.uint16) * 100, number / 10)
+    return str(folder / name)
+
+
+def write_bag_of(folder, compress):
+    """A bag with the pictures on one topic, and with other topics."""
+    entries = bags.frames(FRAMES)
+    if compress:
+        stamps = [(time_ns, message.header) for _, _, time_ns, message in entries]
+        made = [bags.compressed(coloured(picture), "jpg") for picture in FRAMES]
+        for message, (_, header) in zip(made, stamps, strict=True):
+            message.header = header
+        entries = [("/c", bags.COMPRESSED, at, each) for each, (at, _) in zip(made, stamps, strict=True)]
+    return str(bags.write_mcap(folder / "run.mcap", [*entries, ("/words", bags.STRING, 1, bags.text("hello"))]))
+
+
+SOURCES = {
+    "JPEG files": lambda folder: (write_pictures(folder, "jpg", coloured), []),
+    "PNG files of 16 bits": lambda folder: (write_pictures(folder, "png", lambda one: one.astype(np.uint16) * 200), []),
+    "TIFF files in colour": lambda folder: (write_pictures(folder, "tif", coloured), []),
+    "a sequence of pictures, turned": lambda folder: (write_pictures(folder, "jpg", coloured), ["--rotate", "90"]),
+    "H.264 in colour": lambda folder: (write_video(folder, "run.mp4", False), []),
+    "FFV1 of 16 bits, turned": lambda folder: (write_video(folder, "run.mkv", True), ["--rotate", "270"]),
+    "a bag": lambda folder: (write_bag_of(folder, False), []),
+    "a bag of JPEG": lambda folder: (write_bag_of(folder, True), []),
+}
+
+
+def poses(path):
+    """Of each line the status, the choice, and the numbers of both candidates."""
+    found = [json.loads(line) for line in path.read_text().splitlines()]
+    assert [line["status"] for line in found] == ["ok"] * len(FRAMES)
+    candidates = [[[*one["position_m"], *one["quaternion_xyzw"]] for one in line["candidates"]] for line in found]
+    return [line["selected"] for line in found], np.array(candidates), [line["time_s"] for line in found]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SOURCES)
+def test_a_bag_of_ours_gives_the_same_poses(tmp_path, name):
+    source, options = SOURCES[name](tmp_path)
+    options = options + (["--rate", "10"] if "sequence" in name else [])
+    save_camera(CAMERA, tmp_path / "camera.yaml")
+    words = ["--camera", str(tmp_path / "camera.yaml"), *KNOWN, *options, "--json", str(tmp_path / "one.jsonl")]
+    assert main(["estimate", source, *words, "--out", str(tmp_path / "poses.mcap")]) == 0
+    assert main(["estimate", str(tmp_path / "poses.mcap"), *KNOWN, "--json", str(tmp_path / "two.jsonl")]) == 0
+    (chosen, before, times_s), (again, after, times_again_s) = (poses(tmp_path / f"{n}.jsonl") for n in ("one", "two"))
+    np.testing.assert_allclose(after, before, rtol=0, atol=1e-9)
+    assert again == chosen
+    if times_s[0] is not None:
+        assert times_again_s == pytest.approx(times_s, abs=1e-9)
+
+
+def test_jpeg_and_png_go_into_the_bag_as_they_came(tmp_path):
+    paths = [tmp_path / "a.jpg", tmp_path / "b.png"]
+    for path, picture in zip(paths, FRAMES[:2], strict=True):
+        cv2.imwrite(str(path), picture)
+    save_camera(CAMERA, tmp_path / "camera.yaml")
+    words = ["--camera", str(tmp_path / "camera.yaml"), *KNOWN, "--quiet", "--out", str(tmp_path / "poses.mcap")]
+    assert main(["estimate", *map(str, paths), *words]) == 0
+    with open_frames(tmp_path / "poses.mcap") as frames:
+        assert [frame.encoded for frame in frames] == [path.read_bytes() for path in paths]
+
+
+def test_without_pictures_it_is_small_and_no_source_of_pictures(tmp_path, capsys):
+    words = ["--out", str(tmp_path / "poses.mcap"), "--no-pictures", "--quiet"]
+    assert main(["estimate", str(sample_path("plain")), *words]) == 0
+    assert (tmp_path / "poses.mcap").stat().st_size < 30_000
+    assert main(["estimate", str(tmp_path / "poses.mcap"), *KNOWN]) == 1
+    assert "no topic of the bag has pictures" in capsys.readouterr().err
+
+
+def test_the_picture_of_a_zip_file_gives_the_same_poses(tmp_path):
+    analysis = analyse(open_source(None, None, None))
+    files = {name: make for name, make in picture_files(analysis).items() if name in ("picture.png", "settings.yaml")}
+    with zipfile.ZipFile(io.BytesIO(to_zip(files))) as archive:
+        archive.extractall(tmp_path)
+    again = estimate(
+        tmp_path / "picture.png", load_camera(tmp_path / "settings.yaml"), load_dock(tmp_path / "settings.yaml")
+    )
+    for one, other in zip(again.candidates, analysis.estimate.candidates, strict=True):
+        np.testing.assert_allclose(one.position_m, other.position_m, rtol=0, atol=1e-9)
+
+
+def test_the_picture_of_a_session_gives_the_same_poses(tmp_path):
+    picture = coloured(render(random_scene(2))[0])
+    found = estimate(picture, CAMERA, DOCK)
+    with Session.create(tmp_path / "tank") as session:
+        row = session.take(picture, found, "tank.png")
+    again = estimate(tmp_path / "tank" / row.file, CAMERA, DOCK)
+    assert again.selected is not None
+    assert found.selected is not None
+    np.testing.assert_allclose(again.selected.T_camera_dock, found.selected.T_camera_dock, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("change", [np.asarray, coloured])
+def test_a_recording_gives_the_same_poses(tmp_path, change):
+    recording = Recording(tmp_path / "run.mkv", lambda text: None)
+    for number, picture in enumerate(FRAMES):
+        recording.take(Arrival(Frame(change(picture), number, number / 10, "camera 0")))
+    recording.close()
+    with open_frames(tmp_path / "run.mkv") as frames:
+        for picture, frame in zip(FRAMES, frames, strict=True):
+            one, other = (estimate(each, CAMERA, DOCK).selected for each in (change(picture), frame.image))
+            assert one is not None
+            assert other is not None
+            np.testing.assert_allclose(other.T_camera_dock, one.T_camera_dock, rtol=0, atol=1e-9)

@@ -23,6 +23,7 @@ OF_SEVERAL = {
     "app/commands/test_sigterm.py",
     "app/experiment/test_session_faults.py",
     "app/export/test_formats.py",
+    "app/test_read_again.py",
     "app/test_recipes.py",
     "pipeline/sources/test_sources.py",
     "pipeline/test_docstrings.py",

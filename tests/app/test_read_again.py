@@ -5,6 +5,7 @@ import json
 import zipfile
 
 import cv2
+import msgspec
 import numpy as np
 import pytest
 from dockpose import estimate, load_camera
@@ -12,13 +13,16 @@ from dockpose.app.cli import main
 from dockpose.app.experiment import Session
 from dockpose.app.export.bundle import picture_files, to_zip
 from dockpose.app.export.recording import Recording
+from dockpose.app.export.recordings.ros import write_bag
 from dockpose.app.export.video import VideoFile
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.view import open_source
 from dockpose.camera.files import save_camera
+from dockpose.camera.mark import COMMENT, to_jpeg
+from dockpose.camera.port import FlatPort
 from dockpose.sidecar import load_dock, sample_path
 from dockpose.simulate import Approach, FilmPlan, film, render
-from dockpose.sources import Arrival, Frame, open_frames
+from dockpose.sources import Arrival, Bag, Frame, Kind, SourceError, kind_of, open_frames
 
 from tests.support import bags
 from tests.support.scenes import CAMERA, DOCK, random_scene
@@ -151,3 +155,93 @@ def test_a_recording_gives_the_same_poses(tmp_path, change):
             assert one is not None
             assert other is not None
             np.testing.assert_allclose(other.T_camera_dock, one.T_camera_dock, rtol=0, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_what_is_drawn_on_is_refused_by_name_and_all_else_is_done(tmp_path, capsys):
+    folder = tmp_path / "run"
+    folder.mkdir()
+    (folder / "plain.png").write_bytes(sample_path("plain").read_bytes())
+    words = ["--camera", str(sample_path("plain").with_suffix(".yaml")), *KNOWN]
+    assert main(["estimate", str(folder), *words, "--annotate", str(folder)]) == 0  # plain-2.png beside plain.png
+    capsys.readouterr()
+    assert main(["estimate", str(folder), *words]) == 1
+    output = capsys.readouterr()
+    drawn = folder / "plain-2.png"
+    assert (
+        output.err
+        == f"dockpose: {drawn}: is a picture that dockpose has drawn on; give the one that it was made from\n"
+    )
+    assert output.out.count("Dock found") == 1
+
+
+@pytest.mark.parametrize("name", ["drawn.mp4", "drawn.mkv", "drawn.avi"])
+def test_a_video_that_is_drawn_on_is_refused_and_a_plain_one_read(tmp_path, name):
+    for comment in ("", COMMENT):
+        with VideoFile(tmp_path / name, 10.0, comment=comment) as video:
+            for number, picture in enumerate(FRAMES):
+                video.write(coloured(picture), number / 10)
+        if not comment:
+            with open_frames(tmp_path / name) as frames:
+                assert frames.count == 3
+    with pytest.raises(SourceError, match=f"{name}: is a video that dockpose has drawn on"):
+        open_frames(tmp_path / name)
+
+
+def test_annotated_videos_are_marked(tmp_path, capsys):
+    source = write_bag_of(tmp_path, False)
+    save_camera(CAMERA, tmp_path / "camera.yaml")
+    words = ["--camera", str(tmp_path / "camera.yaml"), *KNOWN, "--quiet"]
+    assert main(["estimate", source, *words, "--annotate", str(tmp_path / "drawn.mp4")]) == 0
+    assert main(["estimate", str(tmp_path / "drawn.mp4"), *words]) == 1
+    assert "drawn.mp4: is a video that dockpose has drawn on" in capsys.readouterr().err
+
+
+def test_annotated_pictures_in_bags_are_refused(tmp_path):
+    """Those of version 0.3 and before, which are told by their topic and the poses' one beside it, and marked ones."""
+    drawn, pose = bags.compressed(FRAMES[0], "jpg"), bags.text("a pose")
+    of_ours = [("/auv/dock/image/compressed", bags.COMPRESSED, 1, drawn), ("/auv/dock/pose_a", bags.STRING, 2, pose)]
+    words = "topic /auv/dock/image/compressed: has pictures that dockpose has drawn on; give what they were made from"
+    with pytest.raises(SourceError, match=words):
+        open_frames(bags.write_mcap(tmp_path / "old.mcap", of_ours))
+    both = bags.write_mcap(tmp_path / "both.mcap", [*of_ours, *bags.frames(FRAMES)])
+    with open_frames(both) as frames:
+        assert isinstance(frames, Bag)
+        assert frames.topic == bags.TOPIC
+    with pytest.raises(SourceError, match=words):
+        open_frames(both, topic="/auv/dock/image/compressed")
+    with open_frames(bags.write_mcap(tmp_path / "other.mcap", of_ours[:1])) as frames:
+        assert frames.count == 1
+    told: list[str] = []
+    drawn.data = np.frombuffer(to_jpeg(FRAMES[0]), np.uint8)
+    marked = bags.write_mcap(tmp_path / "marked.mcap", [("/c", bags.COMPRESSED, 1, drawn)])
+    with open_frames(marked, told.append) as frames:
+        assert list(frames) == []
+        assert frames.skipped == 1
+    assert "frame 0: is a picture that dockpose has drawn on" in told[0]
+
+
+def test_a_folder_of_pictures_with_our_bag_in_it_stays_one(tmp_path):
+    folder = write_pictures(tmp_path, "png", np.asarray)
+    found = estimate(FRAMES[0], CAMERA, DOCK)
+    write_bag(f"{folder}/poses.mcap", [(FRAMES[0], None, found)], tell=lambda text: None)
+    assert kind_of(folder) is Kind.FOLDER
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        (
+            {"port": FlatPort(air_gap_m=0.02, glass_m=0.005)},
+            "the camera, which is behind a flat port: give --camera when it is read again",
+        ),
+        ({"tone": "srgb"}, "the tone curve srgb: give --camera when it is read again"),
+    ],
+)
+def test_what_no_message_holds_of_a_camera_is_told(tmp_path, changed, words):
+    camera, told = msgspec.structs.replace(CAMERA, **changed), list[str]()
+    found = estimate(FRAMES[0], camera, DOCK)
+    write_bag(tmp_path / "poses.mcap", [(FRAMES[0], 0.0, found)], tell=told.append)
+    assert told[0].endswith(words)
+    with open_frames(tmp_path / "poses.mcap") as frames:
+        assert (frames.camera is None) == ("port" in changed)

@@ -8,11 +8,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
-import cv2
 import numpy as np
 import yaml
 from dockpose import Camera, Estimate, Vehicle
 from dockpose.app.errors import UserError, unwritable, writing
+from dockpose.app.export.data import to_png
 from dockpose.app.export.recordings.annotations import ANNOTATIONS, DEFINITIONS, annotations_of
 from dockpose.app.state.trust import Trust, headline_of, trust_of
 from dockpose.camera.files import ros_content
@@ -46,7 +46,6 @@ TOPICS = {
 }
 TOPICS_OF_NODE = {topic: kind for topic, kind in TOPICS.items() if topic != PICTURES}
 _LEVELS = {"green": 0, "amber": 1, "red": 2}  # OK, WARN, ERROR of diagnostic_msgs/DiagnosticStatus
-_FAST = [cv2.IMWRITE_PNG_COMPRESSION, 1]
 ENDING = ".mcap"
 # So little is kept back that a frame with its picture is on the disk at once.
 _CHUNK_BYTES = 16 * 1024
@@ -176,11 +175,6 @@ def status_of(level: int, message: str, source: str, values: Sequence[dict[str, 
     return {"status": [status | {"hardware_id": source, "values": list(values)}]}
 
 
-def to_file(picture: np.ndarray) -> bytes:
-    """A picture (H, W) or (H, W, 3) of 8 or 16 bits as a PNG file, quickly."""
-    return cv2.imencode(".png", picture, _FAST)[1].tobytes()
-
-
 def _as_text(value: Any) -> str:
     if value is None:
         return ""
@@ -219,7 +213,7 @@ def write_bag(
     """Write pictures, their times in seconds or None, and what was found in them as ``estimate --out`` does."""
     with contextlib.closing(PoseFile(Path(path), source, tell)) as file:
         for number, (image, time_s, found) in enumerate(frames):
-            file.write(Seen(source, number, found, trust_of(found), picture=to_file(as_picture(image))), time_s, None)
+            file.write(Seen(source, number, found, trust_of(found), picture=to_png(as_picture(image))), time_s, None)
 
 
 class PoseFile:
@@ -255,6 +249,8 @@ class PoseFile:
         """Add a frame."""
         if time_s is None:
             time_s = self._count * (_APART_S if seen.track is None else _PERIOD_S)
+        if self._count == 0:
+            self._tell_what_is_missing(seen.found.camera)
         time_ns = self._stamp_ns(time_s, time_unix_s)
         with self._writing():
             for topic, fields in messages_of(replace(seen, clock=self._clock), time_ns):
@@ -279,6 +275,12 @@ class PoseFile:
         except OSError as error:
             self._is_open = False
             raise unwritable(self._path, error, kept=self._file.cut()) from error
+
+    def _tell_what_is_missing(self, camera: Camera) -> None:
+        """Tell what of a camera no message holds, without which other poses are found when the file is read again."""
+        missing = "camera, which is behind a flat port" if camera.port is not None else f"tone curve {camera.tone}"
+        if camera.port is not None or camera.tone != "linear":
+            self._tell(f"{self._path}: ROS has no message for the {missing}: give --camera when it is read again")
 
     def _stamp_ns(self, time_s: float, time_unix_s: float | None) -> int:
         """Time of a frame by one clock for all of them, in nanoseconds."""

@@ -111,4 +111,4 @@ def chosen_by_track(tracked: Tracked) -> Estimate:
     if by != "tracking" and not (is_doubted and choice is not None and not choice.coincide):
         return replace(tracked.estimate, message=tracked.message)
     why = f"which {track.age} frames make {100 * (track.probability or 0):.1f} % likely"
-    return select_pose(tracked.estimate, tracked.selected, by or "tracking", why)
+    return select_pose(tracked.estimate, tracked.index, by or "tracking", why)

@@ -76,8 +76,8 @@ class Tracked:
         Result of the frame alone; where it shows several rings, that of the tracked one.
     track : Track
         State of the track.
-    selected : int or None
-        Index of the final choice among ``estimate.candidates``; None where none of them continues the track.
+    index : int or None
+        Place of the final choice among ``estimate.candidates``; None where none of them continues the track.
     selected_by : str or None
         "tracking" where the track decided; "spacing" or "colours" where the frame decides by itself and the track
         agrees, or a track begins; None where nothing is selected.
@@ -93,12 +93,17 @@ class Tracked:
 
     estimate: Estimate
     track: Track
-    selected: int | None = None
+    index: int | None = None
     selected_by: str | None = None
     pose: CirclePose | None = None
     filtered: CirclePose | None = None
     chain: int | None = None
     step: Step | None = None
+
+    @property
+    def selected(self) -> CirclePose | None:
+        """The final choice among the candidates, as ``Estimate.selected`` is the frame's own; None without one."""
+        return None if self.index is None else self.estimate.candidates[self.index]
 
     @property
     def message(self) -> str:
@@ -121,13 +126,12 @@ class Tracked:
         vehicle: Vehicle | None = None,
     ) -> dict[str, Any]:
         """The estimate's JSON object with the final choice, ``track``, and the predicted and the filtered pose."""
-        candidates, camera, dock, chain = self.estimate.candidates, self.estimate.camera, self.estimate.dock, self.chain
+        chosen, camera, dock, chain = self.selected, self.estimate.camera, self.estimate.dock, self.chain
         before = None if self.step is None or chain is None or not self.step.goes_on else self.step.before
         after = None if self.step is None or chain is None else self.step.after
-        chosen = None if self.selected is None else candidates[self.selected]
         return self.estimate.to_dict(source, frame, time_s, sha256, time_unix_s) | {
             "message": self.message,
-            "selected": self.selected,
+            "selected": self.index,
             "selected_by": self.selected_by,
             "chosen": None if chosen is None else chosen.summary(),
             **guided(chosen, dock, camera, vehicle),

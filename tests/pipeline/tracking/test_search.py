@@ -119,3 +119,13 @@ def test_pictures_of_other_kinds_are_followed_or_searched(course, kind):
         alone = estimate(image, CAMERA, DOCK)
         assert found.bits == alone.bits
         np.testing.assert_allclose(found.selected.position_m, alone.selected.position_m, atol=1e-3)
+
+
+def test_after_a_gap_in_which_a_track_is_lost_a_frame_is_searched(course):
+    search = Search(CAMERA, DOCK)
+    times_s = (0.0, 0.9, 2.0, 2.1)
+    found = [
+        search.see(frame.image, number, time_s, Settings())
+        for number, (frame, time_s) in enumerate(zip(course, times_s, strict=False))
+    ]
+    assert [each.found_by for each in found] == ["search", "following", "search", "following"]

@@ -141,7 +141,7 @@ def test_a_wrong_start_heals_and_was_never_certain():
     for step in range(30):
         found = with_odds(shown((0.01 * step, 0.0, 1.5), rotation, seed=step), 0.2 if step < 4 else 0.97)
         result = tracker.follow(found, 0.1 * step)
-        right.append(result.selected == 0)
+        right.append(result.selected is found.candidates[0])
         if step < 4:
             assert result.track.probability < 0.99
     assert not any(right[:4])
@@ -162,7 +162,7 @@ def test_a_frame_that_errs_is_overruled_and_stays_in_the_log_as_it_was():
         result = tracker.follow(found, 0.1 * step)
         assert is_right(result.pose, found, -rotation[:, 2])
         if wrong:
-            assert (result.selected, result.selected_by) == (1, "tracking")
+            assert (result.selected, result.index, result.selected_by) == (found.candidates[1], 1, "tracking")
             line, raw = result.to_dict("a.mp4", 15, 1.5), found.to_dict("a.mp4", 15, 1.5)
             assert set(line) == {*raw, *NO_TRACK}
             assert {name for name in raw if line[name] != raw[name]} == {"selected", "selected_by", "chosen"}
@@ -173,11 +173,11 @@ def test_a_frame_that_errs_is_overruled_and_stays_in_the_log_as_it_was():
 def test_motion_does_not_choose_a_candidate_that_lies_too_far_off_its_lights():
     tracker, picture = Tracker(CAMERA, DOCK), drawn([(lights_m((0.1, 0.0, 1.5), (0.3, 0.3)), 200, 0.004)], 0)
     found = with_odds(estimate(picture, CAMERA, DOCK), 0.2)
-    chosen = [tracker.follow(found, 0.1 * step).selected for step in range(10)]
+    chosen = [tracker.follow(found, 0.1 * step).index for step in range(10)]
     assert chosen == [1] * 10
     one, other = found.candidates
     far = replace(found, choice=replace(found.choice, candidates=(one, replace(other, rms_px=16.7))))
-    assert tracker.follow(far, 1.0).selected == 0
+    assert tracker.follow(far, 1.0).index == 0
 
 
 @pytest.mark.parametrize("times", [np.arange(40) * 0.1, np.cumsum(np.random.default_rng(2).uniform(0.01, 0.3, 40))])
@@ -399,4 +399,4 @@ def test_a_frame_with_one_candidate_alone_continues_either_chain():
         tracker = Tracker(CAMERA, UNKNOWN)
         tracker.follow(with_odds(found, first), 0.0)
         tracked = tracker.follow(alone, 0.1)
-        assert (tracked.selected, tracked.pose) == (0, found.candidates[1])
+        assert (tracked.index, tracked.selected, tracked.pose) == (0, found.candidates[1], found.candidates[1])

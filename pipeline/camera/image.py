@@ -221,6 +221,8 @@ def _header(data: bytes, name: str) -> tuple[int, int, int, bool, bool]:
             size, is_animated = header.size, is_animation(header)
             return *size, channels * (2 if is_deep else 1), is_animated, header.format == "GIF"
     except UnidentifiedImageError as error:
+        if data.startswith(b"\xff\xd8"):
+            raise ImageError(f"{name}: is a JPEG without loss or of 12 bits, or damaged; save it as PNG") from error
         raise ImageError(f"{name}: is not a picture that can be read (PNG, JPEG, TIFF, BMP, GIF, WebP, PNM)") from error
     except Image.DecompressionBombError as error:
         at_most = MAX_PIXELS // 1_000_000

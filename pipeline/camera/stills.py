@@ -34,6 +34,9 @@ _CONVERTED = {
     "an icon": (b"\0\0\1\0", b"icns"),
     "a FITS picture": (b"SIMPLE  =",),
     "a PAM picture": (b"P7\n",),
+    "a PFM picture of colours": (b"PF\n",),
+    "a DPX picture": (b"SDPX", b"XPDS"),
+    "a PCX picture": (b"\x0a\x05\x01",),
     "a NumPy array": (b"\x93NUMPY",),
     "an HDF5 file": (b"\x89HDF",),
 }
@@ -41,7 +44,7 @@ _OTHERS = {
     "an archive; unpack it": (b"PK\3\4", b"\x1f\x8b", b"7z\xbc\xaf", b"Rar!", b"\x28\xb5\x2f\xfd"),
     "a web page, not a picture": (b"<!DOCTYPE html", b"<html"),
     "what Git LFS leaves in place of a file; fetch it by git lfs pull": (b"version https://git-lfs",),
-    "a video or a sound; give it a name that ends like one, such as .mp4": (b"ftyp", b"\x1aE\xdf\xa3"),
+    "a video or a sound, which is opened by itself": (b"ftyp", b"\x1aE\xdf\xa3"),
 }
 _TGA_KINDS, _TGA_BITS = (1, 2, 3, 9, 10, 11), (8, 15, 16, 24, 32)
 _TRANSPARENT = b"tRNS"  # a PNG's chunk that names the transparent grey level or colour

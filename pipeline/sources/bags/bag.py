@@ -35,8 +35,8 @@ _MOST_TIMES = 1000  # that a file expands by, beyond the size of a chunk; dark p
 _PART_BYTES = 1 << 20
 
 
-def opened_files(source: str) -> tuple[list[Storage], bool, contextlib.ExitStack]:
-    """The files of a bag, whether its recorder was killed before it closed it, and what closes them."""
+def opened_files(source: str) -> tuple[list[Storage], str, contextlib.ExitStack]:
+    """The files of a bag, by what it shows that its recorder was killed, and what closes them."""
     path = Path(source)
     try:
         import mcap.records  # noqa: F401
@@ -44,8 +44,9 @@ def opened_files(source: str) -> tuple[list[Storage], bool, contextlib.ExitStack
     except ImportError as error:
         needed = "needs the packages that read bags: pip install 'dockpose[ros]'"
         raise SourceError(f"{source}: {needed}") from error
-    paths, is_by_message, is_unfinished = [path], False, path.is_dir() and not (path / BAG_METADATA).is_file()
-    if is_unfinished:
+    paths, is_by_message, unfinished = [path], False, ""
+    if path.is_dir() and not (path / BAG_METADATA).is_file():
+        unfinished = f"as it has no {BAG_METADATA}"
         paths = sorted(filter(storage.is_rosbag2_file, path.iterdir()), key=numeric)
     elif path.is_dir():
         paths, is_by_message = _described(path)
@@ -53,7 +54,7 @@ def opened_files(source: str) -> tuple[list[Storage], bool, contextlib.ExitStack
         raise SourceError(f"{path}: the bag has no files")
     expand = partial(storage.expanded, "zstd") if is_by_message else None
     with contextlib.ExitStack() as stack:
-        return [_opened(each, expand, stack) for each in paths], is_unfinished, stack.pop_all()
+        return [_opened(each, expand, stack) for each in paths], unfinished, stack.pop_all()
 
 
 def _opened(path: Path, expand: Callable[[bytes], bytes] | None, stack: contextlib.ExitStack) -> Storage:
@@ -163,7 +164,7 @@ class Bag(Indexed):
 
     def __init__(self, source: str, tell: Callback | None = None, topic: str | None = None) -> None:
         super().__init__(source, tell)
-        self._storages, self._is_unfinished, self._open = opened_files(source)
+        self._storages, self._unfinished, self._open = opened_files(source)
         try:
             index = _Index()
             for file in self._storages:
@@ -328,5 +329,5 @@ class Bag(Indexed):
         if any(file.is_cut_short for file in self._storages):
             self.is_cut_short = True
             self._tell(f"{self.source}: the bag is cut short: {frames} there")
-        elif self._is_unfinished:
-            self._tell(f"{self.source}: the bag was not closed, as it has no metadata.yaml: {frames} there")
+        elif why := self._unfinished or next(filter(None, (file.unfinished for file in self._storages)), ""):
+            self._tell(f"{self.source}: the bag was not closed, {why}: {frames} there")

@@ -1,18 +1,23 @@
 """SQLite databases of ROS 2."""
 
+import contextlib
+import shutil
 import sqlite3
+import tempfile
 from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import repeat
 from pathlib import Path
 from typing import Any
 
+from dockpose.sources.bags import storage
 from dockpose.sources.bags.storage import MOST_BYTES, Message, Place, Storage, Topic, kind_of_message
 from dockpose.sources.frames import SourceError
 from dockpose.text import shown
 
 _STEPS, _TIMES = 10_000, 100  # of SQLite's machine for one row, which takes a few dozen
 _MOST_TOPICS = 10_000
+_NO_NAME = 32  # bytes
 
 
 class SqliteFile(Storage):
@@ -20,37 +25,54 @@ class SqliteFile(Storage):
 
     def __init__(self, path: Path, expand: Callable[[bytes], bytes] | None = None) -> None:
         super().__init__()
-        with path.open("rb") as file:
-            if file.read(16) != b"SQLite format 3\0":
-                raise SourceError("is not an SQLite database")
+        if storage.ending_of(storage.head_of(path)) != ".db3":
+            raise SourceError("is not an SQLite database")
         self._expand, self._bytes = expand or bytes, path.stat().st_size
-        self._address = f"{path.resolve().as_uri()}?mode=ro"
-        self._database = self._connected("")
-        try:
+        with contextlib.ExitStack() as stack:
+            address = self._copied(path, stack) or f"{path.resolve().as_uri()}?immutable=1"  # no file is made beside it
+            self._database = sqlite3.connect(address, uri=True, check_same_thread=False)
+            stack.callback(self._database.close)
+            self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_BYTES)
             try:
-                self._read_topics()
-            except sqlite3.DatabaseError:
-                self.is_cut_short = True
-                self._database.close()
-                self._database = self._connected("&immutable=1")
-                # Otherwise SQLite refuses every file that is shorter than its header says.
-                self._database.execute("PRAGMA writable_schema=ON")
-                self._read_topics()
-        except sqlite3.Error as error:
-            self._database.close()
-            raise SourceError(f"is not a bag of ROS 2, or is cut short before its first message ({error})") from error
-        except BaseException:
-            self._database.close()
-            raise
+                try:
+                    self._read_topics()
+                except sqlite3.DatabaseError:
+                    self.is_cut_short = True
+                    # Otherwise SQLite refuses every file that is shorter than its header says.
+                    self._database.execute("PRAGMA writable_schema=ON")
+                    self._read_topics()
+            except sqlite3.Error as error:
+                what = "is not a bag of ROS 2, or is cut short before its first message"
+                raise SourceError(f"{what} ({error})") from error
+            self._open = stack.pop_all()
 
     def close(self) -> None:
         """Release the file."""
-        self._database.close()
+        self._open.close()
 
-    def _connected(self, more: str) -> sqlite3.Connection:
-        database = sqlite3.connect(self._address + more, uri=True, check_same_thread=False)
-        database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_BYTES)
-        return database
+    def _copied(self, path: Path, stack: contextlib.ExitStack) -> str | None:
+        """Copy a database whose recorder was killed, with the log beside it that SQLite plays back; None without."""
+        found = {
+            end: log
+            for end in ("-wal", "-journal")
+            for at in (path.resolve(), path)
+            if (log := at.with_name(at.name + end)).is_file() and log.stat().st_size
+        }
+        if not found:
+            return None
+        copy = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="dockpose-"))) / "copy.db3"
+        for end, source in {"": path, **found}.items():
+            try:
+                shutil.copyfile(source, copy.with_name(copy.name + end))
+            except OSError as error:
+                where = f"must be copied to {copy.parent} to be read with its {next(iter(found.values())).name}"
+                raise SourceError(f"{where}, which failed ({error.strerror})") from error
+            self._bytes += source.stat().st_size if end else 0
+        if "-journal" in found:
+            with copy.with_name(f"{copy.name}-journal").open("ab") as journal:
+                journal.write(bytes(_NO_NAME))  # what stands at its end may be a file's name, which SQLite deletes
+        self.unfinished = f"as there is {' and '.join(log.name for log in found.values())}"
+        return copy.as_uri()
 
     def _rows(self, query: str, *values: object) -> Iterator[tuple[Any, ...]]:
         """The rows of a query, each of which must come within a million steps of SQLite's machine."""

@@ -79,6 +79,7 @@ class Storage(abc.ABC):
     def __init__(self) -> None:
         self.topics: dict[int, Topic] = {}  # as far as it was gone through
         self.is_cut_short = False
+        self.unfinished = ""  # by what it shows that its recorder was killed
         self.faults: list[str] = []
         self._lock = threading.Lock()
 

@@ -4,6 +4,7 @@ import bz2
 import json
 import os
 import re
+import shutil
 import signal
 import sqlite3
 import struct
@@ -23,7 +24,7 @@ from dockpose.sources.bags.storage import expanded
 from mcap.writer import CompressionType, IndexType
 
 from tests.support import bags
-from tests.support.bags import PERIOD_NS, ROS1, START_NS, TOPIC
+from tests.support.bags import PERIOD_NS, ROS1, ROS2, START_NS, TOPIC
 from tests.support.bags import noise as pictures
 from tests.support.sources import taken
 
@@ -290,3 +291,87 @@ def test_sigterm_ends_the_reading_of_a_database(tmp_path):
             assert program.communicate(timeout=60)[0] == "ended\n"
         finally:
             program.kill()
+
+
+def killed(folder, mode, shown, more=0):
+    """A database as SQLite leaves it when its program is killed: what was not yet brought in is in a log beside it."""
+    (path,) = bags.write_rosbag2(folder / "written", bags.frames(shown)).glob("*.db3")
+    killed, end = folder / "killed" / "a.db3", {"wal": "-wal", "delete": "-journal"}[mode]
+    killed.parent.mkdir()
+    with closing(sqlite3.connect(path, isolation_level=None)) as connection:
+        connection.execute(f"PRAGMA journal_mode={mode}")
+        connection.execute("PRAGMA cache_size=1")  # what is changed is written before it is committed
+        connection.execute("BEGIN")
+        data = bytes(ROS2.serialize_cdr(bags.image(np.zeros((48, 64), np.uint8), "mono8"), bags.IMAGE))
+        for number in range(more):
+            connection.execute("INSERT INTO messages VALUES(?, 1, ?, ?)", (100 + number, START_NS + number, data))
+        if mode == "wal":
+            connection.execute("COMMIT")
+        for name in (path, path.with_name(path.name + end)):
+            if name.exists():
+                shutil.copyfile(name, killed.with_name("a.db3" + name.name.removeprefix(path.name)))
+    return killed, killed.with_name(f"a.db3{end}")
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_rows_in_the_log_of_a_killed_recorder_are_read_and_nothing_beside_it_changes(tmp_path):
+    path, log = killed(tmp_path, "wal", pictures(3), more=40)
+    before = contents(path.parent)
+    found, told, _ = taken(path)
+    assert len(found) == 43
+    assert told[0] == f"{path}: the bag was not closed, as there is a.db3-wal: 43 frames are there"
+    assert contents(path.parent) == before
+    link = tmp_path / "link.db3"
+    link.symlink_to(path)
+    assert len(taken(link)[0]) == 43
+    log.unlink()
+    assert len(taken(path)[0]) == 3
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.999])
+def test_of_a_log_that_breaks_off_what_was_committed_is_read(tmp_path, share):
+    path, log = killed(tmp_path, "wal", pictures(3), more=40)
+    data = log.read_bytes()
+    log.write_bytes(data[: int(share * len(data))])
+    assert len(taken(path)[0]) == 3
+
+
+def test_what_was_never_committed_is_rolled_back_in_a_copy(tmp_path):
+    shown = pictures(3)
+    path, log = killed(tmp_path, "delete", shown, more=40)
+    kept = tmp_path / "precious.txt"
+    kept.write_bytes(b"nothing of SQLite's")
+    name = str(kept).encode()
+    checksum = sum(struct.unpack(f"{len(name)}b", name)) & 0xFFFFFFFF
+    end = struct.pack(">II", len(name), checksum) + b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7"
+    log.write_bytes(log.read_bytes() + struct.pack(">I", 1) + name + end)  # says which file is to be deleted with it
+    before = contents(path.parent)
+    found, told, _ = taken(path)
+    assert np.array_equal([frame.image for frame in found], shown)
+    assert "as there is a.db3-journal: 3 frames are there" in told[0]
+    assert contents(path.parent) == before
+    assert kept.exists()
+
+
+def test_a_database_that_says_it_has_a_log_is_read_without_one_and_left_as_it_is(tmp_path):
+    path, log = killed(tmp_path, "wal", pictures(3))
+    log.unlink(missing_ok=True)
+    before = contents(path.parent)
+    found, told, _ = taken(path)
+    assert (len(found), told) == (3, [])
+    assert contents(path.parent) == before
+
+
+def test_where_there_is_no_room_for_a_copy_it_is_said(tmp_path, monkeypatch):
+    path, _ = killed(tmp_path, "wal", pictures(3), more=4)
+
+    def full(source, target):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(shutil, "copyfile", full)
+    assert re.search(
+        r"a\.db3: must be copied to .* with its a\.db3-wal, which failed \(No space left", refused(str(path))
+    )

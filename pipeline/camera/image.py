@@ -173,7 +173,7 @@ def significant_bits(image: np.ndarray) -> int:
 def without_defects(grey: np.ndarray) -> np.ndarray:
     """A grey picture (H, W) in which nothing is above what its significant bits hold."""
     top = (1 << significant_bits(grey)) - 1
-    return grey if grey.max() <= top else np.minimum(grey, np.array(top, grey.dtype))
+    return grey if grey.dtype == np.uint8 or grey.max() <= top else np.minimum(grey, np.array(top, grey.dtype))
 
 
 def _are_defects(grey: np.ndarray, least: int) -> bool:

@@ -1,5 +1,5 @@
-// What holds beyond one visit: says when dockpose has stopped and when it is back, keeps the open tabs over a reload,
-// and tells who may only look that they may.
+// What holds beyond one visit: says when dockpose has stopped and when it is back, or why it cannot be reached, keeps the
+// open tabs over a reload, and tells who may only look that they may. It stands in the page itself, for where nothing else comes.
 "use strict";
 
 const ASK_EVERY_MS = 2000, ASK_WHILE_OUT_MS = 500, PATIENCE_MS = 10000;
@@ -13,7 +13,7 @@ function showBanner(text) {
     banner.id = "connection-banner";
     banner.setAttribute("role", "alert");
     banner.style.cssText = "position: fixed; inset: 0 0 auto 0; z-index: 10000; padding: 0.8em 1em; font: 600 16px/1.4 "
-      + "system-ui, sans-serif; color: #fff; background: #a40000; white-space: pre-line; text-align: center";
+      + "system-ui, sans-serif; color: #fff; background: #a40000; white-space: pre-line; text-align: center; overflow-wrap: anywhere";
     document.body.append(banner);
   }
   banner.textContent = text;
@@ -25,17 +25,27 @@ function startAgain() {
   return `dockpose serve${port}`;
 }
 
+// A proxy that names another address than the browser has, or lets no WebSocket through: the page alone comes.
+let lacksScript = false;
+window.addEventListener("error", ({ target }) => { lacksScript ||= target instanceof HTMLScriptElement; }, { capture: true });
+const REFUSED = `The program answers, but this page gets no connection to it, so that nothing is shown.
+A proxy between them must pass on the address that the browser has, ${location.host}, and WebSocket. For nginx:
+proxy_http_version 1.1;  proxy_set_header Host $http_host;
+proxy_set_header Upgrade $http_upgrade;  proxy_set_header Connection "upgrade";
+Where the proxy cannot do that, start dockpose with --allow-host ${location.origin}. Its terminal says what it refused.`;
+
 // The server answers nobody while it is stopped, and refuses who has an old token. After an outage viser stops trying to
 // connect, so the page is loaded anew; until then the banner stays.
 let wasOut = false;
 async function ask() {
   try {
-    const answer = await fetch("/alive", { cache: "no-store", signal: AbortSignal.timeout(PATIENCE_MS) });
+    const answer = await fetch("alive", { cache: "no-store", signal: AbortSignal.timeout(PATIENCE_MS) });
     if (answer.status === 403) showBanner("dockpose was started anew. Open the address that it printed in the terminal.");
+    else if (!answer.ok) throw new Error("a proxy answers in its place");
     else if (wasOut) {
       location.reload();
       return; // a second reload would begin the first anew, where the program answers slowly
-    } else showBanner("");
+    } else showBanner(lacksScript || viserPage.refused > 1 ? REFUSED : "");
   } catch {
     wasOut = true;
     viserPage.mayConnect = false;

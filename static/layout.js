@@ -23,7 +23,7 @@ keepLook();
 document.documentElement.toggleAttribute("data-software", isSoftware); // a line in the tab Settings says so
 prefersDark.addEventListener("change", () => {
   keepLook();
-  fetch("/look"); // its own pages are told to take the new colours
+  fetch("look"); // its own pages are told to take the new colours
 });
 
 // The picture is shown as large as the window lets it, and its histogram has the height that it leaves.

@@ -79,7 +79,7 @@ class Picture extends HTMLElement {
     const tools = make("div", { class: "group", role: "group", "aria-label": "Tools" }, ...of("contrast", "mask", "ruler"));
     const zoom = make("div", { class: "zoom", role: "group", "aria-label": "Zoom" }, ...of("in", "out", "fit", "ring", "same"));
     const layers = make("div", { class: "group layers", role: "group", "aria-label": "Layers" }, ...of(...Object.keys(LAYERS).map((name) => `layer-${name}`)));
-    const help = make("a", { href: "/help#view", target: "_blank", rel: "noopener" }, "Help");
+    const help = make("a", { href: "help#view", target: "_blank", rel: "noopener" }, "Help");
     this.append(this.stage, make("div", { class: "tools" }, kinds, tools, help, this.frameLabel), zoom, layers);
     this.tools = new Tools(this);
     for (const group of this.querySelectorAll(".group, .zoom")) this.passOn(group);

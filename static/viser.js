@@ -16,9 +16,17 @@ window.addEventListener("unhandledrejection", (event) => {
 });
 
 // viser tries each second to connect again. Each failure makes Chromium wait longer before the next try, up to 5 s, and
-// after a reload too: while the program is known to be stopped it shall not try.
+// after a reload too: while the program is known to be stopped it shall not try. It asks for the page's address without its last
+// slash, of which a proxy that serves a path makes another page's; and its answers tell whether it was ever connected.
 const post = Worker.prototype.postMessage;
 Worker.prototype.postMessage = function (message, ...rest) {
+  if (message?.type === "set_server") {
+    message.server = new URL("./", location.href.replace(/^http/, "ws")).href;
+    this.addEventListener("message", ({ data }) => {
+      if (data.type === "connected") viserPage.refused = 0;
+      else if (data.type === "closed") viserPage.refused += 1;
+    });
+  }
   if (message?.type !== "retry" || viserPage.mayConnect) post.call(this, message, ...rest);
 };
 
@@ -30,6 +38,7 @@ const BOARD_UPLOAD = "input[type=file][accept^='.png']"; // of pictures to calib
 
 const viserPage = {
   mayConnect: true, // whether viser tries to connect again
+  refused: 0, // times in a row that it tried in vain
 
   // Tabs. viser opens one when it is pressed, and drags it where the pointer moves; a plain click does nothing.
   tabs: () => [...document.querySelectorAll(TAB)],

@@ -63,7 +63,7 @@ def small(html: str, attributes: str = "") -> str:
 
 def help_anchor(words: str, section: str = "") -> str:
     """Return a link to the help, or to one section of it, that opens in a new tab."""
-    target = f"/help#{section}" if section else "/help"
+    target = f"help#{section}" if section else "help"
     return f'<a href="{target}" target="_blank" rel="noopener">{words}</a>'
 
 

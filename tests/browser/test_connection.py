@@ -37,6 +37,30 @@ def test_a_page_says_that_the_program_stopped_and_comes_back_by_itself(browser, 
             page.until(lambda: page.has_found("tilted"))
 
 
+def test_a_page_whose_scripts_are_refused_says_why_and_what_to_do(browser, page):
+    with visit(browser, page.app) as other:
+        other.page.route("**/link.js", lambda route: route.fulfill(status=403))
+        other.page.goto(page.app.address)
+        told = other.page.get_by_role("alert").filter(has_text="gets no connection")
+        told.wait_for()
+        assert f"--allow-host http://127.0.0.1:{page.app.port}." in told.inner_text()
+
+
+def test_a_page_below_a_path_asks_for_all_of_it_there(browser, page):
+    """As by a proxy that takes the path away; the WebSocket, which is not routed here, finds its way by itself."""
+    with visit(browser, page.app) as other:
+        asked = []
+
+        def forward(route):
+            asked.append(route.request.url)
+            route.continue_(url=route.request.url.replace("/dock/", "/"))
+
+        other.page.route("**/*", forward)
+        other.page.goto(page.app.address.replace("/?", "/dock/?"))
+        other.page.locator("#candidates tbody tr").first.wait_for()
+        assert [url for url in asked if "/dock/" not in url and url.startswith("http")] == []
+
+
 def test_a_reload_keeps_the_tab(page):
     page.tab("Detect")
     page.rest()

@@ -88,7 +88,7 @@ def test_frames_are_taken_by_key_and_button_with_what_was_measured(tab, root):
     start(tab, "../Tank 1: murky?")
     folder = root / "Tank_1_murky"
     assert str(folder) in words(tab)
-    tab.page.locator("a[href='/help#log']").wait_for()
+    tab.page.locator("a[href='help#log']").wait_for()
     fill(tab, x="6,5", y="-4", z="110", tx="5", ty="-11", d="111", notes="first <b>try</b>")
     press_t(tab)
     tab.until(lambda: "Frame 1 is on disk: plain, z 110.0 cm, measured." in words(tab))

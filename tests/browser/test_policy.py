@@ -45,7 +45,7 @@ def test_nothing_that_the_page_needs_is_refused(page):
         page.tab(name)
     page.page.locator("#candidates").wait_for()
     with page.page.expect_popup() as popup:
-        page.page.locator("a[href='/help#view']").click()
+        page.page.locator("a[href='help#view']").click()
     errors = []
     popup.value.on("console", lambda message: errors.append(message.text))
     popup.value.reload()

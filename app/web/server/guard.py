@@ -14,6 +14,7 @@ from dockpose.app.web.server.journal import SOCKETS_LOG, OneLine, client_of
 from dockpose.app.web.server.messages import LARGEST_FRAME_BYTES
 from dockpose.app.web.server.pages import FOR_VIEWERS, LOOK_PATH, Page
 from dockpose.app.web.server.viser_private import serving_through
+from dockpose.text import printable
 from websockets import Headers
 from websockets.http11 import Request, Response
 
@@ -53,7 +54,10 @@ class Guard:
     ) -> None:
         self.token = token or secrets.token_urlsafe(18)
         self.view_token = view_token
-        self._names = {name.lower() for name in (*LOOPBACK_NAMES, host, *more_names)}
+        # A name, or the whole address of a page, which may then ask though a proxy passes on another Host.
+        more = [name.lower().rstrip("/") for name in more_names]
+        self._origins = {name for name in more if "://" in name}
+        self._names = {*LOOPBACK_NAMES, host.lower(), *more, *(_split(name).hostname or "" for name in self._origins)}
         self.on_look: Callable[[Headers], None] = lambda headers: None  # called where a browser's look has changed
         # Anyone can make a name point here (DNS rebinding), but not a bare address.
         self._takes_addresses = host not in LOOPBACK_NAMES
@@ -63,8 +67,12 @@ class Guard:
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
         if len(hosts) != 1 or not self._knows(hosts[0]):
             return "This page is not known by that name (Host). Use the address that dockpose printed."
-        if len(origins) > 1 or (origins and _split(origins[0]).netloc.lower() != hosts[0].lower()):
-            return "Another web page asked for this (Origin). Only the page of dockpose itself may."
+        if len(origins) > 1 or (origins and not self._is_ours(origins[0].lower(), hosts[0].lower())):
+            asking, asked = (printable(value[:80]) for value in (origins[0], hosts[0]))
+            return (
+                f"A page at {asking} (Origin) asked {asked} (Host), which only its own page may. Behind a proxy, let "
+                f"that pass on the browser's Host, or start dockpose with --allow-host {asking}."
+            )
         if self._shown(headers, path) is None:
             return "Open the address that dockpose printed in the terminal; it ends in ?token= and some letters."
         if len(headers.get_all("Upgrade")) > 1:
@@ -95,6 +103,9 @@ class Guard:
         every = (*in_address, *_cookies(headers, cookie_name(headers.get("Host", ""))))
         tokens = [token for token in (self.token, self.view_token) if token]
         return next((token for token in tokens if any(_same(shown, token) for shown in every)), None)
+
+    def _is_ours(self, origin: str, host: str) -> bool:
+        return _split(origin).netloc == host or origin in self._origins
 
     def _knows(self, host: str) -> bool:
         name = (_split(f"//{host}").hostname or "").lower()

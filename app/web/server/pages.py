@@ -11,14 +11,14 @@ FOR_VIEWERS = "?view"  # ends the name of a page that differs for those who only
 LOOK_PATH = "/look"  # asked for where a browser's look changed; that browser's own pages alone are told
 # The styles and the first scripts stand in the page itself, which would wait for them.
 _STYLES = ("page.css", "view.css", "viser.css", "modes.css")
-_FIRST_SCRIPTS = ("viser.js", "layout.js")
-_SCRIPTS = ("page.js", "connection.js")
+_FIRST_SCRIPTS = ("viser.js", "layout.js", "connection.js")
+_SCRIPTS = ("page.js",)
 _MODULES = (
     *("link.js", "frame.js", "viewport.js", "overlay.js", "pixels.js", "tools.js", "flat.js"),
     *("picture.js", "histogram.js", "jobs.js", "compare.js", "timeline.js", "scene.js", "steps.js"),
 )
 _STUDY = "<!-- study.html -->"  # where it stands in the help
-_ICON = '<link rel="icon" type="image/svg+xml" href="/icon.svg" />'
+_ICON = '<link rel="icon" type="image/svg+xml" href="icon.svg" />'
 
 
 @dataclass(frozen=True)
@@ -54,12 +54,12 @@ def help_page() -> str:
 
 
 def with_ours(html: str) -> str:
-    """Give viser's page our name, icon, style and scripts."""
+    """Give viser's page our name, icon, style and scripts, at addresses that hold below a proxy's path too."""
     html = re.sub(r"<title>[^<]*</title>", "<title>dockpose</title>", html, count=1)
     html = re.sub(r"<link\s+rel=\"icon\"[^>]*>", _ICON, html, count=1)
     style, first = ("\n".join(map(_text, names)) for names in (_STYLES, _FIRST_SCRIPTS))
-    scripts = "".join(f'<script src="/{name}" defer></script>' for name in _SCRIPTS)
-    modules = "".join(f'<script type="module" src="/{name}"></script>' for name in _MODULES)
+    scripts = "".join(f'<script src="{name}" defer></script>' for name in _SCRIPTS)
+    modules = "".join(f'<script type="module" src="{name}"></script>' for name in _MODULES)
     tags = f"<style>{style}</style><script>{first}</script>{scripts}{modules}"
     return html.replace("</head>", f"{tags}</head>", 1)
 

@@ -48,7 +48,7 @@ def cookie_of(app):
 def test_printed_address_opens_the_page_and_leaves_a_cookie(app):
     with urlopen(app.address, timeout=60) as answer:
         assert answer.status == 200
-        assert "/page.js" in answer.read().decode()
+        assert 'src="page.js"' in answer.read().decode()
         cookie = answer.headers["Set-Cookie"]
         assert answer.headers["X-Frame-Options"] == "DENY"
         assert answer.headers["Referrer-Policy"] == "no-referrer"
@@ -121,6 +121,18 @@ def test_proxy_with_its_own_name():
     assert guard.refusal(headers, "/") is None
     assert guard.cookie(headers, "/").startswith("dockpose=t;")
     assert cookie_name("127.0.0.1:8080") == "dockpose_8080"
+
+
+def test_a_proxy_that_drops_the_port_is_named_and_its_address_can_be_allowed():
+    at = {"Host": "tank.example.org", "Origin": "https://tank.example.org:8443", "Cookie": "dockpose=t"}
+    told = Guard("127.0.0.1", ["tank.example.org"], token="t").refusal(Headers(at), "/")
+    assert told is not None
+    for words in ("https://tank.example.org:8443 (Origin)", "tank.example.org (Host)", "--allow-host"):
+        assert words in told
+    guard = Guard("127.0.0.1", ["https://Tank.example.org:8443/"], token="t")
+    assert guard.refusal(Headers(at), "/") is None
+    for other in ("https://tank.example.org:8444", "http://tank.example.org:8443", "https://evil.example", "null"):
+        assert guard.refusal(Headers(at | {"Origin": other}), "/") is not None
 
 
 def test_viewers_may_look_and_are_told_apart():

@@ -251,10 +251,10 @@ def parse_yaml(data: bytes, name: str) -> dict[str, Any]:
     return content
 
 
-def read_small(path: str | Path, most_bytes: int) -> bytes:
-    """Return the contents of a regular file of at most so many bytes; a pipe could keep us waiting for ever."""
+def read_small(path: str | Path, most_bytes: int, *, is_cut: bool = False) -> bytes:
+    """Return the contents of a regular file of at most so many bytes, or, cut, of a larger one, one more than those."""
     try:
-        # A pipe is opened at once, even where nobody writes to it.
+        # A pipe, which could keep us waiting for ever, is opened at once, even where nobody writes to it.
         with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _WITHOUT_WAITING)) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise FileError(f"{path}: is not a regular file")
@@ -263,7 +263,7 @@ def read_small(path: str | Path, most_bytes: int) -> bytes:
         if isinstance(error, FileError):
             raise
         raise FileError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
-    if len(data) > most_bytes:
+    if len(data) > most_bytes and not is_cut:
         raise FileError(f"{path}: has more than the {most_bytes / 1e6:g} MB that are read")
     return data
 

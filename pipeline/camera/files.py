@@ -1,5 +1,6 @@
 """Camera files: those of many programs are read, and our own, ROS's, OpenCV's and Kalibr's written."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,11 +10,14 @@ import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.camera.formats.content import LARGEST_BYTES, content_of
-from dockpose.camera.formats.readers import NoSizeError, cameras_in
+from dockpose.camera.formats.described import NoSizeError
+from dockpose.camera.formats.readers import cameras_in
+from dockpose.camera.formats.words import foreign_content
 from dockpose.checks import check_one_of
 from dockpose.files import FileError, read_small, to_yaml, write_whole
 from dockpose.text import shown
 
+_ZED = re.compile("(LEFT|RIGHT)_CAM_")  # whose smaller pictures are cut out of the larger ones
 FORMATS = ("dockpose", "ros", "opencv", "opencv-xml", "kalibr")
 
 
@@ -43,7 +47,9 @@ def load_camera(
         where it does not say for which pictures it is.
     """
     file, wanted = split_name(path)
-    content = content_of(read_small(file, LARGEST_BYTES), str(file))
+    content = content_of(read_small(file, LARGEST_BYTES, is_cut=True), str(file))
+    if told := foreign_content(content):
+        raise FileError(f"{file}: {told}")
     try:
         is_own = isinstance(content, dict) and "camera" in content
         found = {} if is_own and not wanted and not cameras_in(content["camera"]) else cameras_in(content)
@@ -51,11 +57,16 @@ def load_camera(
             return msgspec.convert(content["camera"], Camera, strict=False)
         if wanted and wanted not in found:
             raise ValueError(f"has no camera {shown(wanted)}; it has {', '.join(map(shown, found)) or 'none'}")
+        if not wanted and len(found) > 1 and len({each.size for each in found.values()}) > 1 and _ZED.match(min(found)):
+            raise ValueError(f"has a camera for each size of pictures; say which as {file}#NAME: {', '.join(found)}")
         if found:
-            name = wanted or next(iter(found))
+            name, notes = wanted or next(iter(found)), []
+            camera = found[name].camera(size, notes.append)
             if not wanted and len(found) > 1:
-                tell(f"{file}: has the cameras {', '.join(found)}; {name} is taken, {file}#NAME takes another")
-            return found[name].camera(size, lambda note: tell(f"{file}: {note}"))
+                notes.insert(0, f"has the cameras {', '.join(found)}; {name} is taken, {file}#NAME takes another")
+            for note in notes:
+                tell(f"{file}: {note}")
+            return camera
     except NoSizeError as error:
         raise NoSizeError(f"{file}: {error}") from error
     except ValueError as error:

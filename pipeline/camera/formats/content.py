@@ -1,15 +1,18 @@
-"""What a camera file holds as plain Python values, be it YAML, JSON, XML, text, NumPy's or MATLAB's."""
+"""What a camera file holds as plain Python values, be it YAML, JSON, XML, TOML, text, NumPy's or MATLAB's."""
 
+import configparser
 import contextlib
 import io
 import json
 import re
+import tomllib
 import zipfile
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 from dockpose.camera.formats.mat import mat_content
+from dockpose.camera.formats.words import foreign
 from dockpose.files import MOST_BYTES, FileError, parse_yaml
 
 LARGEST_BYTES = 5_000_000  # of a file that is not YAML; MATLAB and calib.io keep every corner beside the camera
@@ -17,10 +20,17 @@ _EXPANDED_BYTES = 50_000_000
 _NUMBER = r"[-+.\deE]+"
 _COLMAP_LINE = re.compile(rf"^[ \t]*(\d+)[ \t]+([A-Z_]+)((?:[ \t]+{_NUMBER})+)[ \t]*\r?$", re.MULTILINE)
 _OST_ENTRY = re.compile(rf"^(width|height|camera matrix|distortion)\s*\n((?:{_NUMBER}[ \r\n]+)+)", re.MULTILINE)
+_ASSIGNED = re.compile(rf"^(\w+)\s*=\s*\[?((?:{_NUMBER}|[ \t;,])+)\]?[ \t]*;", re.MULTILINE)
+_ZED = {"2K": (2208, 1242), "FHD": (1920, 1080), "HD": (1280, 720), "VGA": (672, 376)}
+_ZED |= {"FHD1200": (1920, 1200), "SVGA": (960, 600), "4K": (3840, 2160), "QHDPLUS": (3200, 1800)}
 
 
 def content_of(data: bytes, name: str) -> Any:
     """What a file holds; FileError, about ``name``, where it is nothing that is read."""
+    if told := foreign(data):
+        raise FileError(f"{name}: {told}")
+    if len(data) > LARGEST_BYTES:
+        raise FileError(f"{name}: has more than the {LARGEST_BYTES / 1e6:g} MB that are read")
     try:
         if data.startswith(b"PK\x03\x04"):
             return _npz(data)
@@ -41,8 +51,41 @@ def content_of(data: bytes, name: str) -> Any:
     if lines := _COLMAP_LINE.findall(text):
         return {number: {"colmap": model, "numbers": rest.split()} for number, model, rest in lines}
     if "[image]" in text:  # what ROS's calibrator writes beside its YAML
-        return dict(_OST_ENTRY.findall(f"{text}\n"))
+        return _ost(f"{text}\n")
+    if {"fc", "cc"} <= (
+        given := {key: value.replace(";", " ").split() for key, value in _ASSIGNED.findall(text)}
+    ).keys():
+        return given  # Calib_Results.m
+    if re.search(r"^[ \t]*[\w.\"-]+[ \t]*=", text, re.MULTILINE):
+        with contextlib.suppress(ValueError):
+            return _with_sizes(tomllib.loads(text))
+        with contextlib.suppress(configparser.Error):
+            parser = configparser.ConfigParser(interpolation=None)
+            parser.read_string(text)
+            return _with_sizes({name: dict(parser[name]) for name in parser.sections()})
     return parse_yaml(_first_document(data), name)
+
+
+def _ost(text: str) -> dict[str, Any]:
+    """What ROS's calibrator writes beside its YAML; the size of each camera stands before its name."""
+    parts = re.split(r"^\[(?!image\])([^\]\n]+)\]", text, flags=re.MULTILINE)
+    found = {
+        name.rpartition("/")[2]: dict(_OST_ENTRY.findall(before))
+        | dict(_OST_ENTRY.findall(body.partition("[image]")[0]))
+        for before, name, body in zip(parts[::2], parts[1::2], parts[2::2], strict=False)
+    }
+    return found if len(found) > 1 else dict(_OST_ENTRY.findall(text))
+
+
+def _with_sizes(found: dict[str, Any]) -> dict[str, Any]:
+    """Sections with what those of a ZED's SN.conf say by their names; a size counts if the principal point fits it."""
+    for name, values in found.items():
+        side, _, size = name.partition("_CAM_")
+        if size in _ZED and isinstance(values, dict):
+            values |= found.get(f"{side}_DISTO", {})
+            if abs(2 * float(values.get("cy", 0)) / _ZED[size][1] - 1) < 0.25:
+                values |= dict(zip(("width", "height"), _ZED[size], strict=True))
+    return {name: values for name, values in found.items() if not name.endswith("_DISTO")}
 
 
 def _first_document(data: bytes) -> bytes:
@@ -84,8 +127,10 @@ def _xml(data: bytes) -> dict[str, Any]:
 
 
 def _opencv_value(element: ElementTree.Element) -> Any:
-    inner = {each.tag: (each.text or "").strip() for each in element}
-    return inner | {"data": inner["data"].split()} if "data" in inner else inner or (element.text or "").strip()
+    inner = {each.tag: _opencv_value(each) for each in element}
+    if isinstance(inner.get("data"), str):
+        inner["data"] = inner["data"].split()
+    return inner or (element.text or "").strip()
 
 
 def _agisoft_values(element: ElementTree.Element) -> dict[str, Any]:

@@ -2,40 +2,42 @@
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import islice
 from typing import Any
 
 import numpy as np
-from dockpose.camera.camera import Camera
-from dockpose.files import FileError
+from dockpose.camera.formats.described import MODELS, Described, is_fisheye, lens_name, model_in
+from dockpose.camera.formats.fields import Fields, plain, size_in, whole
 from dockpose.text import shown
 
-_MOST_SKEW = 1e-3  # of fx
-_MOST_CAMERAS, _MOST_LEVELS = 100, 3
+_MOST_CAMERAS, _MOST_LEVELS = 100, 5
 # Coefficients in OpenCV's order, and in that of its fisheye model (Kannala and Brandt 2006), by their usual names.
 _TERMS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4", "taux", "tauy")
 _FISHEYE_TERMS = ("k1", "k2", "k3", "k4")
-# How many coefficients lens models have, by their names without capitals and signs.
-_ANY = (0, 4, 5, 8, 12, 14)
-_MODELS = {
-    **{"plumbbob": (0, 4, 5), "rationalpolynomial": (0, 8, 12, 14), "radtan": (0, 4), "radialtangential": (0, 4, 5)},
-    **{
-        "brownconrady": (0, 4, 5),
-        "none": (0,),
-        **dict.fromkeys(("", "pinhole", "perspective", "opencv", "frame"), _ANY),
-    },
-    **dict.fromkeys(FISHEYES := ("equidistant", "fisheye", "equi", "kannalabrandt", "kannalabrandt8"), (0, 4)),
-}
 # What scripts call the same things, without capitals and signs; of several cameras with one of the pairs behind.
 _MATRICES = ("cameramatrix", "intrinsicmatrix", "mtx", "cammatrix", "cammtx", "cameraintrinsics", "intrinsics")
-_SHORT_MATRICES = ("intrinsic", "matrix", "k", "m", "kk")
+_SHORT_MATRICES = ("intrinsic", "matrix", "k", "m", "kk", "intrinsicsmatrix", "cameramtx", "a", "cam", "kmatrix")
 _BENT = ("distortioncoefficients", "distcoeffs", "distcoeff", "dist", "d", "distortion", "distortioncoeffs")
-_BENT += ("distcoefs", "distcoef", "distortions", "coeffs", "kc")
+_BENT += ("distcoefs", "distcoef", "distortions", "coeffs", "kc", "distortioncoeff", "distortionvector", "coefficients")
+_BENT += ("distortionparameters", "distortionparams", "distcoefficients", "lensdistortion", "distortioncoefs")
+_BENT += ("distortioncoef", "distortionvec", "distvector", "distparams", "distvec", "coeff", "distcoeffsvector")
 _PAIRS = ("", "0", "1", "2", "l", "r", "left", "right")
-_SIZES = ("imagesize", "resolution", "imgsize", "size")
-_WIDTHS, _HEIGHTS = ("imagewidth", "width", "w", "imgwidth"), ("imageheight", "height", "h", "imgheight")
-_MODEL_NAMES = ("distortionmodel", "cameramodel", "modeltype", "model", "projection")
+# The four numbers of a matrix, and the coefficients, one by one.
+_ONE_BY_ONE = {
+    "fx": ("fx", "flx", "focallengthx", "focalx", "fu"),
+    "fy": ("fy", "fly", "focallengthy", "focaly", "fv"),
+    "f": ("f", "focallength", "focal"),
+    "cx": ("cx", "ppx", "principalpointx", "principalptx", "principalx", "u0", "cu", "x0", "centerx"),
+    "cy": ("cy", "ppy", "principalpointy", "principalpty", "principaly", "v0", "cv", "y0", "centery"),
+    "ar": ("ar", "aspectratio"),
+    "skew": ("skew", "alphac"),
+    **{f"k{n}": (f"k{n}", f"radialdistortion{n}", f"radial{n}", f"radialk{n}", f"distortionk{n}") for n in range(1, 7)},
+    **{f"p{n}": (f"p{n}", f"tangentialdistortion{n}", f"tangential{n}", f"tangentialp{n}", f"distortionp{n}")
+       for n in (1, 2)},
+}  # fmt: skip
+_ROWS = ("intrinsics", "intrinsic", "cameraintrinsics", "intrinsicparameters", "intrinsicparams")
+_TWO = {"f": ("fc", "focallength", "focal", "f"), "c": ("cc", "principalpoint", "pp", "center", "opticalcenter", "c")}
 # COLMAP's parameters of each camera model.
 _COLMAP = {
     "SIMPLE_PINHOLE": "f cx cy",
@@ -48,91 +50,55 @@ _COLMAP = {
     "SIMPLE_RADIAL_FISHEYE": "f cx cy k1",
     "RADIAL_FISHEYE": "f cx cy k1 k2",
 }
-Fields = Mapping[str, Any]
 
 
-class NoSizeError(FileError):
-    """A camera file does not say for which size of pictures it is."""
-
-
-@dataclass(frozen=True)
-class Described:
-    """A camera as a file describes it, with pixel centres at integers."""
-
-    matrix: np.ndarray  # (3, 3)
-    distortion: list[float]  # in OpenCV's order
-    size: tuple[Any, Any] | None  # width and height, where the file says it
-    model: str = ""  # of the lens, as the file calls it
-    note: str = ""  # what was changed in its numbers
-
-    def camera(self, size: tuple[int, int] | None, tell: Callable[[str], None]) -> Camera:
-        """The camera, for pictures of that size where the file does not say it."""
-        (fx, skew, cx), (zero, fy, cy), last = self.matrix.tolist()
-        if zero != 0 or last != [0, 0, 1] or not abs(skew) <= _MOST_SKEW * abs(fx):
-            raise ValueError(
-                f"camera_matrix is {self.matrix.tolist()}; it must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"
-            )
-        if (lengths := _MODELS.get(plain(self.model))) is None:
-            known = ", ".join(filter(None, _MODELS))
-            raise ValueError(
-                f"distortion_model is {shown(self.model)}, which is not read; calibrate with one of {known}"
-            )
-        bent = self.distortion
-        if 8 < len(bent) <= 14:
-            bent = next(bent[:count] for count in (5, 8, 12, 14) if not any(bent[count:]))
-        if not {len(bent), len(self.distortion)} & {0, *lengths}:
-            wanted = " or ".join(map(str, filter(None, lengths)))
-            raise ValueError(f"distortion_coefficients has {len(self.distortion)} values; {self.model} has {wanted}")
-        if self.size is None and size is None:
-            raise NoSizeError(
-                "does not say for which pictures it is (image_width, image_height); say --camera-size WxH"
-            )
-        for note in (f"its skew of {skew:g} pixels is taken as none" if skew else "", self.note):
-            if note:
-                tell(note)
-        width, height = self.size or size or (0, 0)
-        return Camera(fx, fy, cx, cy, width, height, bent, fisheye=plain(self.model) in FISHEYES)
-
-
-def cameras_in(content: Any, levels: int = _MOST_LEVELS) -> dict[str, Described]:
+def cameras_in(
+    content: Any, levels: int = _MOST_LEVELS, above: Mapping[Any, Any] | None = None
+) -> dict[str, Described]:
     """All cameras that a file describes, by their names; none where no reader knows it."""
     if isinstance(content, list):
         content = dict(enumerate(content[:_MOST_CAMERAS]))
     if not isinstance(content, Mapping) or levels == 0:
         return {}
-    for knows, read in READERS:
-        if knows(content):
-            return dict(islice(read(content), _MOST_CAMERAS))
+    if (read := _reader_of(content)) is not None:
+        fields = Fields(content, above)
+        described = dict(islice(read(fields), _MOST_CAMERAS))
+        fields.refuse_rest()
+        return described
     found: dict[str, Described] = {}
-    for key, each in islice(content.items(), _MOST_CAMERAS):
-        inner = cameras_in(each, levels - 1)
+    holding = {key: each for key, each in islice(content.items(), _MOST_CAMERAS) if _holds(each, levels - 1)}
+    shared = {key: each for key, each in content.items() if key not in holding} | dict(above or {})
+    for key, each in holding.items():
+        inner = cameras_in(each, levels - 1, shared | ({"fisheye": True} if "fisheye" in plain(key) else {}))
         found |= {str(key): camera for camera in inner.values()} if len(inner) == 1 else inner
     return found
 
 
-def is_known(content: Fields) -> bool:
+def _holds(content: Any, levels: int) -> bool:
+    """Whether a reader knows what stands in it."""
+    within = list(content.values()) if isinstance(content, Mapping) else content if isinstance(content, list) else []
+    if isinstance(content, Mapping) and _reader_of(content) is not None:
+        return levels > 0
+    return levels > 1 and any(_holds(each, levels - 1) for each in within[:_MOST_CAMERAS])
+
+
+def is_known(content: Mapping[Any, Any]) -> bool:
     """Whether a reader knows what stands in a file."""
-    return any(knows(content) for knows, _ in READERS)
+    return _reader_of(content) is not None
 
 
-def plain(name: Any) -> str:
-    """A name without capitals and signs."""
-    return re.sub(r"[^a-z0-9]", "", str(name).lower())
-
-
-def _folded(content: Fields) -> dict[str, Any]:
-    return {plain(key): value for key, value in content.items()}
-
-
-def _first(fields: Fields, names: tuple[str, ...], default: Any = None) -> Any:
-    return next((fields[name] for name in names if fields.get(name) is not None), default)
+def _reader_of(content: Mapping[Any, Any]) -> Callable[[Fields], Iterator[tuple[str, Described]]] | None:
+    return next((read for knows, read in READERS if knows(content)), None)
 
 
 def _numbers(name: str, value: Any) -> np.ndarray:
     """An array of numbers: of a list of lists, of OpenCV's rows, cols and data, or of text."""
     if isinstance(value, Mapping):
+        data = value.get("data")
+        if isinstance(data, bytes):  # OpenCV's base64, behind a head of 24 bytes
+            data = np.frombuffer(data[24:], {"d": "<f8", "f": "<f4"}[str(value.get("dt"))])
         array, (rows, cols) = (
-            _numbers(f"{name}.data", value.get("data")).ravel(),
+            _numbers(f"{name}.data", data).ravel(),
             (_number(value, each) for each in ("rows", "cols")),
         )
         if rows < 0 or cols < 0 or rows * cols != array.size:
@@ -144,8 +110,8 @@ def _numbers(name: str, value: Any) -> np.ndarray:
         raise ValueError(f"{name} is {shown(value)}; it must be numbers") from error
 
 
-def _number(fields: Fields, name: str, default: Any = None) -> float:
-    value = fields.get(name, default)
+def _number(fields: Fields | Mapping[str, Any], name: str, default: Any = None) -> float:
+    value = next((each for alias in _ONE_BY_ONE.get(name, (name,)) if (each := fields.get(alias)) is not None), default)
     array = np.zeros(0) if value is None or isinstance(value, Mapping) else _numbers(name, value)
     if array.size != 1:
         raise ValueError(f"{name} is {'missing' if value is None else shown(value)}; it must be a number")
@@ -165,23 +131,54 @@ def _four(fx: float, fy: float, cx: float, cy: float, skew: float = 0) -> np.nda
     return np.array([[fx, skew, cx], [0, fy, cy], [0, 0, 1]])
 
 
-def _size(fields: Fields) -> tuple[Any, Any] | None:
-    """Width and height by whatever keys; None where they are not there."""
-    found: Any = [_first(fields, _WIDTHS), _first(fields, _HEIGHTS)]
-    if found[0] is None or found[1] is None:
-        found = _first(fields, _SIZES, ())
-    numbers = _numbers("image size", list(found.values()) if isinstance(found, Mapping) else found).ravel().tolist()
-    width, height = (int(each) if each.is_integer() else each for each in numbers) if len(numbers) == 2 else (0, 0)
-    return (width, height) if len(numbers) == 2 else None
-
-
-def _named(fields: Fields, model: str = "", size: Any = None, note: str = "", shift: float = 0) -> Described:
+def _named(fields: Fields, model: str = "", note: str = "", shift: float = 0) -> Described:
     """A camera whose numbers stand one by one under their usual names; its pixel centres are ``shift`` off integers."""
-    fx = _number(fields, "fx", fields.get("f"))
-    fy = _number(fields, "fy", fx * _number(fields, "ar", 1))
-    K = _four(fx, fy, _number(fields, "cx") - shift, _number(fields, "cy") - shift, _number(fields, "skew", 0))
-    terms = _FISHEYE_TERMS if plain(model) in FISHEYES else _TERMS
-    return Described(K, [_number(fields, each, 0) for each in terms], size or _size(fields), model, note)
+    two = {name: fields.first(*names) for name, names in _TWO.items()}
+    two = {name: _numbers(name, each).ravel() for name, each in two.items() if np.size(each) == 2}
+    fx, fy = two["f"] if "f" in two else (_number(fields, "fx", fields.first(*_ONE_BY_ONE["f"])), None)
+    fy = _number(fields, "fy", fx * _number(fields, "ar", 1)) if fy is None else fy
+    cx, cy = two["c"] if "c" in two else (_number(fields, "cx"), _number(fields, "cy"))
+    skew = _number(fields, "skew", 0) * (fx if "alpha_c" in fields else 1)
+    K = _four(fx, fy, cx - shift, cy - shift, skew)
+    return Described(K, _bent(fields, "", model), size_in(fields, (cx, cy)), model, note)
+
+
+def _alone(values: Mapping[str, Any], *args: Any, **kwargs: Any) -> Described:
+    """A camera by its numbers' names, of which each must be understood."""
+    fields = Fields(values)
+    described = _named(fields, *args, **kwargs)
+    fields.refuse_rest()
+    return described
+
+
+def _bent(fields: Fields, which: str, model: str) -> list[float]:
+    """A lens's coefficients, in a list, in one of radial and one of tangential ones, or one by one."""
+    value = fields.first(*(name for each in _BENT for name in (f"{each}{which}", f"{which}{each}")))
+    if value is None and which == "" and np.size(fields.first("k")) in (4, 5, 8):
+        value = fields.first("k")
+    if value is not None:
+        return _numbers("distortion_coefficients", value).ravel().tolist()
+    radial, tangential = (
+        fields.first(
+            *(f"{each}{end}" for end in ("distortion", "coefficients", "coeffs", "dist", "distortioncoeffs", ""))
+        )
+        for each in ("radial", "tangential")
+    )
+    if radial is not None:
+        radial = _numbers("radial distortion", radial).ravel().tolist()
+        tangential = _numbers("tangential distortion", [0, 0] if tangential is None else tangential).ravel().tolist()
+        radial += [0.0] * (3 - len(radial))
+        return [*radial, *tangential] if is_fisheye(model) else [*radial[:2], *tangential, *radial[2:]]
+    if all(fields.first(*_ONE_BY_ONE.get(each, (each,))) is None for each in _TERMS):
+        return []
+    bent = [_number(fields, each, 0) for each in (_FISHEYE_TERMS if is_fisheye(model) else _TERMS)]
+    if not model and any(bent[5:6]) and not any((*bent[2:4], *bent[6:])):
+        raise ValueError("has k1, k2, k3 and k4 without p1 and p2; if it is a fisheye, write distortion_model: fisheye")
+    return bent
+
+
+def _pair(width: Any, height: Any) -> tuple[float, float]:
+    return whole(float(width)), whole(float(height))
 
 
 def _refuse(kind: str, name: Any, instead: str) -> ValueError:
@@ -189,25 +186,56 @@ def _refuse(kind: str, name: Any, instead: str) -> ValueError:
 
 
 def _kalibr(content: Fields) -> Iterator[tuple[str, Described]]:
-    """Kalibr's camchain, and the sensor.yaml of data sets like EuRoC."""
-    for key, known in (("camera_model", ("pinhole",)), ("distortion_model", _MODELS)):
-        if plain(content.get(key, "pinhole")) not in known:
+    """Kalibr's camchain, the sensor.yaml of data sets like EuRoC, and what else has fx, fy, cx, cy in a row."""
+    for key in ("camera_model", "distortion_model"):
+        if lens_name(content.content.get(key) or "") not in MODELS:
             raise _refuse(key.replace("_", " "), content[key], "calibrate with pinhole-radtan or pinhole-equi")
-    values = _numbers("intrinsics", content["intrinsics"]).ravel().tolist()
+    key, model = next(key for key in content.content if plain(key) in _ROWS), model_in(content)
+    values = _numbers(key, content[key]).ravel().tolist()
     if len(values) != 4:
-        raise ValueError(f"intrinsics has {len(values)} values; pinhole has 4")
-    bent = _numbers("distortion_coeffs", _first(_folded(content), _BENT, [])).ravel().tolist()
-    yield "", Described(_four(*values), bent, _size(content), str(content.get("distortion_model", "none")))
+        raise ValueError(f"{key} has {len(values)} values; pinhole has 4")
+    yield "", Described(_four(*values), _bent(content, "", model), size_in(content, (values[2], values[3])), model)
+
+
+def _mrcal(content: Fields) -> Iterator[tuple[str, Described]]:
+    """A .cameramodel of mrcal, whose coefficients stand behind the matrix's four numbers."""
+    values = _numbers("intrinsics", content["intrinsics"]).ravel().tolist()
+    if len(values) < 4:
+        raise ValueError(f"intrinsics has {len(values)} values; it must have 4 and the lens's")
+    size = size_in(content, (values[2], values[3]))
+    yield "", Described(_four(*values[:4]), values[4:], size, str(content["lensmodel"]))
+
+
+def _gyroflow(content: Fields) -> Iterator[tuple[str, Described]]:
+    """A lens profile of Gyroflow; its names of camera and lens are a person's words."""
+    inner = Fields(content["fisheye_params"])
+    for key in ("crop", "input_horizontal_stretch", "input_vertical_stretch", "digital_lens", "interpolations"):
+        if content.get(key) not in (None, 0, 1, "", [], {}):
+            raise ValueError(f"its {key} is {shown(content.get(key))}, which is not read; take a profile without one")
+    K = _matrix("camera_matrix", inner.get("camera_matrix"))
+    size = content.get("calib_dimension") or {}
+    content.mark("camera_model", "lens_model", "orig_dimension", "output_dimension", "compatible_settings")
+    content.has_size = "w" in size and "h" in size
+    bent, model = _bent(inner, "", "fisheye"), content.get("distortion_model")
+    if not any(bent) and not model:  # as Gyroflow takes it
+        model = "pinhole"
+    size = _pair(size["w"], size["h"]) if content.has_size else None
+    described = Described(K, bent, size, str(model or "opencv_fisheye"))
+    inner.refuse_rest()
+    yield "", described
 
 
 def _orbslam(content: Fields) -> Iterator[tuple[str, Described]]:
     """Settings of ORB-SLAM 2 and 3; the latter numbers its cameras."""
-    shared = {key[7:].lower(): value for key, value in content.items() if key.startswith("Camera.")}
+    shared = content.below("Camera.")
+    model = model_in(shared)
     for name in ("Camera", "Camera1", "Camera2"):
         if f"{name}.fx" in content:
-            own = {key.partition(".")[2].lower(): each for key, each in content.items() if key.startswith(f"{name}.")}
-            model = str(shared.get("type", "PinHole"))
-            yield name, _named(own, "" if plain(model) == "rectified" else model, _size(shared))
+            own = shared if name == "Camera" else content.below(f"{name}.")
+            described = _named(own, model)
+            own.refuse_rest()
+            middle = described.matrix[0, 2], described.matrix[1, 2]
+            yield name, replace(described, size=size_in(shared, middle) or described.size)
 
 
 def _camodocal(content: Fields) -> Iterator[tuple[str, Described]]:
@@ -216,11 +244,12 @@ def _camodocal(content: Fields) -> Iterator[tuple[str, Described]]:
     names = {"mu": "fx", "mv": "fy", "u0": "cx", "v0": "cy", "k2": "k1", "k3": "k2", "k4": "k3", "k5": "k4"}
     if model not in ("PINHOLE", "PINHOLE_FULL", "KANNALA_BRANDT"):
         raise _refuse("camera model", model, "calibrate with PINHOLE or KANNALA_BRANDT")
-    is_fisheye = model == "KANNALA_BRANDT"
+    is_brandt = model == "KANNALA_BRANDT"
     parts = [content.get(name) or {} for name in ("projection_parameters", "distortion_parameters")]
     given = {str(key): value for part in parts for key, value in part.items()}
-    fields = {names.get(key, key): value for key, value in given.items()} if is_fisheye else given
-    yield "", _named(fields, "fisheye" if is_fisheye else "", _size(_folded(content)))
+    fields = {names.get(key, key): value for key, value in given.items()} if is_brandt else given
+    described = _alone(fields, "fisheye" if is_brandt else "")
+    yield "", replace(described, size=size_in(content, (described.matrix[0, 2], described.matrix[1, 2])))
 
 
 def _calibio(content: Fields) -> Iterator[tuple[str, Described]]:
@@ -230,39 +259,44 @@ def _calibio(content: Fields) -> Iterator[tuple[str, Described]]:
         if name.rpartition("CameraModel")[2] not in ("OpenCV", "KannalaBrandt"):
             raise _refuse("camera model", name, "export it as OpenCV's")
         fields = {key.lower(): each.get("val") for key, each in about["parameters"].items()}
-        size = _size(_folded(about["CameraModelCRT"]["CameraModelBase"]))
-        yield f"cam{number}", _named(fields, name.rpartition("CameraModel")[2], size)
+        size = about["CameraModelCRT"]["CameraModelBase"].get("imageSize") or {}
+        described = _alone(fields, name.rpartition("CameraModel")[2])
+        yield f"cam{number}", replace(described, size=_pair(size["width"], size["height"]) if size else None)
 
 
 def _matlab(content: Fields) -> Iterator[tuple[str, Described]]:
     """MATLAB's cameraParameters as toStruct gives them, whose pixels count from 1, and whose size is the matrix's."""
-    fields = _folded(content)
-    if (matrix := _first(fields, ("k", "intrinsicmatrix"))) is not None:
+    if (matrix := content.first("k", "intrinsicmatrix")) is not None:
         K = _matrix("IntrinsicMatrix", matrix)
     else:
-        four = [_numbers(name, fields.get(name)).ravel() for name in ("focallength", "principalpoint")]
-        K = _four(*np.concatenate(four).tolist(), skew=_number(fields, "skew", 0))
-    radial, tangential = (_numbers(name, fields.get(name, [0, 0])).ravel().tolist()
-                          for name in ("radialdistortion", "tangentialdistortion"))  # fmt: skip
-    size = _size({"size": fields.get("imagesize")})
+        four = [_numbers(name, content.get(name)).ravel() for name in ("focallength", "principalpoint")]
+        K = _four(*np.concatenate(four).tolist(), skew=_number(content, "skew", 0))
+    size = content.get("imagesize")
+    content.has_size = np.size(size) == 2
     note = "MATLAB counts pixels from 1; its principal point is moved by one pixel"
     K = K - np.array([[0, 0, 1], [0, 0, 1], [0, 0, 0]])
-    yield "", Described(K, [*radial[:2], *tangential, *radial[2:]], size and size[::-1], note=note)
+    bent = _bent(content, "", "pinhole")
+    yield "", Described(K, bent, _pair(*reversed(size)) if content.has_size else None, "pinhole", note)
 
 
 def _agisoft(content: Fields) -> Iterator[tuple[str, Described]]:
     """Agisoft's XML: Metashape's principal point counts from the picture's middle, that of Lens from its corner."""
-    fields, model = {key: value for key, value in content.items() if value}, str(content["projection"])
+    fields: dict[str, Any] = {key: value for key, value in content.content.items() if value}
+    content.mark(*fields)
+    model = str(fields.pop("projection"))
     for name in ("k4", "p3", "p4") if model == "frame" else ("p1", "p2"):
         if _number(fields, name, 0):
             raise ValueError(f"its {name} has no place in OpenCV's lens model; optimise without {name}, export again")
-    size = _size(fields)
-    if "f" in fields and size is not None:
-        f, middle = _number(fields, "f"), {"cx": size[0] / 2, "cy": size[1] / 2}
+    if "f" in fields and "width" in fields:
+        f, size = _number(fields, "f"), {name: _number(fields, name) for name in ("width", "height")}
+        middle = {"cx": size["width"] / 2, "cy": size["height"] / 2}
         fields |= {name: value + _number(fields, name, 0) for name, value in middle.items()}
         fields |= {"fx": f + _number(fields, "b1", 0), "fy": f, "skew": _number(fields, "b2", 0)}
         fields |= {"p1": fields.get("p2", 0), "p2": fields.get("p1", 0)}
-    yield "", _named(fields, model, size, shift=0.5)
+    yield "", _alone(fields, model, shift=0.5)
+
+
+_HALF = "has the centre of the first pixel at 0.5; its principal point is moved by half a pixel"
 
 
 def _colmap(content: Fields) -> Iterator[tuple[str, Described]]:
@@ -273,58 +307,77 @@ def _colmap(content: Fields) -> Iterator[tuple[str, Described]]:
     names = _COLMAP[model].split()
     if len(values) != len(names):
         raise ValueError(f"{model} has {len(names)} parameters; the line has {len(values)}")
-    note = "COLMAP has the centre of the first pixel at 0.5; its principal point is moved by half a pixel"
     lens = "fisheye" if "FISHEYE" in model else ""
-    yield "", _named(dict(zip(names, values, strict=True)), lens, _size({"size": [width, height]}), note, shift=0.5)
+    described = _alone(dict(zip(names, values, strict=True)), lens, f"COLMAP {_HALF}", 0.5)
+    yield "", replace(described, size=_pair(width, height))
+
+
+def _nerf(content: Fields) -> Iterator[tuple[str, Described]]:
+    """The transforms.json of Nerfstudio and of Instant NGP."""
+    yield "", _named(content, model_in(content), f"what reads a transforms.json {_HALF}", 0.5)
 
 
 def _holds_nine(value: Any) -> bool:
     return np.array(value.get("data") if isinstance(value, Mapping) else value, dtype=object).size == 9
 
 
-def _matrices(content: Fields) -> list[tuple[str, str]]:
+def _matrices(content: Mapping[Any, Any]) -> list[tuple[str, str]]:
     """Keys of matrices, each with what tells the cameras apart."""
     found = []
     for key, value in content.items():
+        name = plain(key)
         for alias in (*_MATRICES, *_SHORT_MATRICES):
-            name, rest = plain(key), plain(key).removeprefix(alias)
-            is_sure = rest == "" and alias in _MATRICES
-            if name.startswith(alias) and rest in _PAIRS and (is_sure or _holds_nine(value)):
+            rest = name.removeprefix(alias) if name.startswith(alias) else name.removesuffix(alias)
+            is_sure = rest == "" and alias in _MATRICES and alias not in _ROWS and value not in (None, [], "")
+            is_one = not isinstance(value, Mapping) or "data" in value
+            if rest != name and rest in _PAIRS and is_one and (is_sure or _holds_nine(value)):
                 found.append((key, rest))
+                break
     return found
 
 
 def _by_matrix(content: Fields) -> Iterator[tuple[str, Described]]:
     """A matrix and coefficients under whatever keys: ROS's, OpenCV's of all years, those of scripts."""
-    fields = _folded(content)
-    for key, which in _matrices(content):
+    model, roi = model_in(content), content.get("roi")
+    for key, which in _matrices(content.content):
         K = _matrix(key, content[key])
-        bent = _numbers("distortion_coefficients", _first(fields, tuple(f"{each}{which}" for each in _BENT), []))
-        size, roi = _size(fields), fields.get("roi")
+        bent, size = _bent(content, which, model), size_in(content, (K[0, 2], K[1, 2]))
         if isinstance(roi, Mapping) and _number(roi, "width", 0) and _number(roi, "height", 0):
-            size = _size(roi)
+            size = _pair(roi["width"], roi["height"])
             K = K - np.array([[0, 0, _number(roi, "x_offset", 0)], [0, 0, _number(roi, "y_offset", 0)], [0, 0, 0]])
-        model = "fisheye" if _number(fields, "fisheyemodel", 0) else _first(fields, _MODEL_NAMES, "")
-        yield which, Described(K, bent.ravel().tolist(), size, model if isinstance(model, str) else "")
+        yield which, Described(K, bent, size, model)
 
 
 def _by_names(content: Fields) -> Iterator[tuple[str, Described]]:
-    """Numbers under their names, as by scripts and by the tools of RealSense."""
-    fields = _folded(content)
-    bent = _numbers("coeffs", _first(fields, _BENT, [])).ravel().tolist()
-    fields = {"cx": fields.get("ppx"), "cy": fields.get("ppy"), **dict(zip(_TERMS, bent, strict=False)), **fields}
-    yield "", _named(fields, str(_first(fields, _MODEL_NAMES, "")))
+    """Numbers under their names, as by scripts, Bouguet's toolbox and the tools of RealSense."""
+    yield "", _named(content, model_in(content))
+
+
+def _is_row(content: Mapping[Any, Any]) -> bool:
+    rows = [value for key, value in content.items() if plain(key) in _ROWS]
+    is_kalibr = "camera_model" in content or "distortion_model" in content
+    return any(isinstance(each, list) and (is_kalibr or np.shape(each) == (4,)) for each in rows)
+
+
+def _is_named(content: Mapping[Any, Any]) -> bool:
+    names = {plain(key) for key, value in content.items() if not isinstance(value, Mapping)}
+    focal = {*_ONE_BY_ONE["fx"], *_ONE_BY_ONE["f"], *_TWO["f"]}
+    return {"fx", "width"} <= names or bool(names & focal and names & {*_ONE_BY_ONE["cx"], *_TWO["c"]})
 
 
 # What tells a form, and what reads it; the first that knows it counts.
-READERS: tuple[tuple[Callable[[Fields], Any], Callable[[Fields], Iterator[tuple[str, Described]]]], ...] = (
+Content = Mapping[Any, Any]
+READERS: tuple[tuple[Callable[[Content], Any], Callable[[Fields], Iterator[tuple[str, Described]]]], ...] = (
     (lambda content: "colmap" in content, _colmap),
     (lambda content: "agisoft" in content, _agisoft),
     (lambda content: any(re.fullmatch(r"Camera[12]?\.fx", str(key)) for key in content), _orbslam),
     (lambda content: "projection_parameters" in content, _camodocal),
     (lambda content: "Calibration" in content, _calibio),
     (lambda content: "RadialDistortion" in content, _matlab),
-    (lambda content: "intrinsics" in content and ("camera_model" in content or "distortion_model" in content), _kalibr),
+    (lambda content: "fisheye_params" in content and "calib_dimension" in content, _gyroflow),
+    (lambda content: "lensmodel" in content and "intrinsics" in content, _mrcal),
+    (lambda content: "fl_x" in content, _nerf),
+    (_is_row, _kalibr),
     (_matrices, _by_matrix),
-    (lambda content: {"fx", "width"} <= content.keys() or {"fx", "cx"} <= content.keys(), _by_names),
+    (_is_named, _by_names),
 )

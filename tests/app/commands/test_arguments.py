@@ -126,11 +126,11 @@ def test_a_camera_file_without_a_size_is_for_the_first_picture_or_the_size_that_
     assert camera is not None
     assert (camera.width, camera.height) == (64, 48)
     assert "it is taken for these, 64 x 48" in capsys.readouterr().err
-    camera = camera_of(argparse.Namespace(**given, camera_size="128x96"))
+    camera = camera_of(argparse.Namespace(**given, camera_size="72x54"))
     assert camera is not None
-    assert camera.width == 128
+    assert camera.width == 72
     assert capsys.readouterr().err == ""
-    for more in ({"sources": ["0"]}, {"camera_size": "wide"}):
+    for more in ({"sources": ["0"]}, {"camera_size": "wide"}, {"camera_size": "128x96"}):
         with pytest.raises(UserError, match="--camera"):
             camera_of(argparse.Namespace(**given | more))
 

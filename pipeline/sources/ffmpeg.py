@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from av.container import InputContainer
 from av.error import FFmpegError
+from av.stream import Disposition
 from dockpose.sources.frames import SourceError
 
 # What a text in a file says that is not UTF-8 matters to nobody; PyAV 19 keeps such texts of itself.
@@ -46,12 +47,13 @@ class Order:
     joins: tuple[int, ...] = ()  # packets at which the clock jumps
     is_sought: bool = False  # whether stamps identify the frames
     is_torn: bool = False  # whether the last packet is damaged, or reading ended by an error
+    damaged: frozenset[int] = frozenset()  # stamps of damaged packets where frames are sought, else their numbers
 
 
 def order_of(container: InputContainer, stream: av.VideoStream) -> Order:
     """Read all packets of a video, as far as they can be read."""
     shown, sent = array("q"), array("q")
-    packets, is_torn = container.demux(stream), False
+    packets, is_torn, marked, second = container.demux(stream), False, list[int](), 0
     while True:
         try:
             packet = next(packets)
@@ -62,6 +64,10 @@ def order_of(container: InputContainer, stream: av.VideoStream) -> Order:
             break
         if counts(packet):
             is_torn = packet.is_corrupt
+            if is_torn:
+                marked.append(len(shown))
+            if len(shown) == 1:
+                second = packet.pos or 0
             shown.append(_NONE if packet.pts is None else packet.pts)
             sent.append(_NONE if packet.dts is None else packet.dts)
     name, is_mixed = container.format.name, stream.codec_context.has_b_frames
@@ -69,7 +75,49 @@ def order_of(container: InputContainer, stream: av.VideoStream) -> Order:
     is_guessed = name == "avi" and is_mixed and stream.codec_context.name in ("h264", "hevc")
     is_mpeg = name.startswith("mpeg")  # whose recordings begin and end anywhere
     order = _order(np.array(shown), np.array(sent), is_mixed, is_guessed, is_mpeg)
-    return replace(order, is_torn=is_torn and not is_mpeg)
+    if name == "mpegts":  # FFmpeg marks the packet before the damaged one, so that none tells of the first
+        marked = [number + 1 for number in marked if number + 2 not in order.joins]
+        marked += [0] * _has_gap(container.name, stream.id, second)
+    keys = shown if order.is_sought else range(len(shown))
+    damaged = frozenset(keys[number] for number in marked if number < len(shown))
+    return replace(order, is_torn=is_torn and not is_mpeg, damaged=damaged)
+
+
+def _has_gap(source: str, pid: int, end: int) -> bool:
+    """Whether a packet of a stream is missing before a place in a file of MPEG-TS, by the numbers that they have."""
+    if not Path(source).is_file():
+        return False
+    with open(source, "rb") as file:
+        data = file.read(end + 204)
+    size = next((size for size in (188, 192, 204) if data[size::size][:8].count(data[0]) == 8), 188)
+    begin = 4 * (size == 192)
+    packets = (
+        np.frombuffer(data[: len(data) // size * size], np.uint8).reshape(-1, size)[:, begin : begin + 4].astype(int)
+    )
+    mine = packets[((packets[:, 1] & 31) << 8 | packets[:, 2] == pid) & (packets[:, 3] & 16 > 0), 3] & 15
+    return bool((np.diff(mine) % 16 > 1).any())
+
+
+def best_video(container: InputContainer) -> av.VideoStream:
+    """The stream that is the film: no cover, no preview; where several are alike that which FFmpeg takes."""
+    best = container.streams.best("video")
+
+    def rank(stream: av.VideoStream) -> tuple[bool, int, bool]:
+        codec, is_cover = stream.codec_context, bool(stream.disposition & Disposition.attached_pic)
+        return not is_cover and stream.frames != 1, 0 if codec is None else codec.width * codec.height, stream is best
+
+    return max(container.streams.video, key=rank)
+
+
+def others_sentence(container: InputContainer) -> str:
+    """Sentence on the streams that were not taken, beside covers; empty where there are none."""
+    streams = [each for each in container.streams.video if not each.disposition & Disposition.attached_pic]
+    sizes = {
+        each: f"{each.codec_context.width} x {each.codec_context.height}" for each in streams if each.codec_context
+    }
+    taken = best_video(container)
+    others = ", ".join(size for each, size in sizes.items() if each is not taken)
+    return f"has {len(sizes)} video streams; that of {sizes[taken]} is taken, not {others}" if others else ""
 
 
 def counts(packet: av.Packet) -> bool:
@@ -126,7 +174,7 @@ def video_in(source: str) -> tuple[InputContainer, bool]:
         if container is None:
             raise SourceError(why_not(source)) from error
     streams = container.streams.video
-    if not streams or streams[0].codec_context is None:
+    if not streams or best_video(container).codec_context is None:
         container.close()
         uncoded = "is a video whose coding cannot be decoded here; convert it to H.264"
         raise SourceError(f"{source}: {uncoded if streams else 'has no video in it'}")

@@ -13,12 +13,14 @@ from dockpose.camera import mark
 from dockpose.sources import ffmpeg
 from dockpose.sources.ffmpeg import Order, picture_of
 from dockpose.sources.frames import Callback, Frame, Frames, SourceError
+from dockpose.sources.guard import Guard
 
 _NEAR = 32  # frames this far ahead are reached by reading on rather than by seeking
 _STEPS_BACK = (0, 8, 64)  # frames before the wanted one to seek to, until it is not overshot
 _DECIMALS = 6  # of times in seconds
 _FIRST_YEAR, _A_DAY_S = 2000, 86400  # an earlier clock was never set, and one far ahead is wrong
 _ASSUMED_HZ = 25.0  # rate of a file that gives none
+_NAMED = 3  # gaps, of more their number is said
 _FAILURES = 1000  # damaged packets in a row after which a file is given up
 
 
@@ -47,7 +49,9 @@ class Video(Frames):
         with container:
             if mark.COMMENT in container.metadata.values():
                 raise SourceError(mark.refusal(source, "video"))
-            stream = container.streams.video[0]
+            stream = ffmpeg.best_video(container)
+            if sentence := ffmpeg.others_sentence(container):
+                self._tell(f"{source}: {sentence}")
             self._time_base = Fraction(stream.time_base or 1)
             self._told = stream.frames or None
             self._order = ffmpeg.order_of(container, stream) if scan else None
@@ -81,20 +85,21 @@ class Video(Frames):
         if start >= stop:
             return
         decoder = _Decoder(self.source, self._order)
-        expected = start
+        expected, missing = start, list[range]()
         try:
             found = decoder.go_to(start)
             while found is not None and found[0] < stop:
-                self._tell_missing(expected, found[0])
+                missing.append(range(expected, found[0]))
                 yield self._frame(*found)
                 expected = found[0] + 1
                 if expected >= stop:
                     return
                 found = decoder.advance()
+            if self._order is not None and not (self.is_cut_short and expected == self._order.count - 1):
+                missing.append(range(expected, min(stop, self._order.count)))
         finally:
             decoder.close()
-        if self._order is not None and not (self.is_cut_short and expected == self._order.count - 1):
-            self._tell_missing(expected, min(stop, self._order.count))
+            self._tell_missing(list(filter(None, missing)))
 
     def at(self, index: int) -> Frame:
         """Return one frame; frames a little ahead of the last one are reached by reading on."""
@@ -127,10 +132,14 @@ class Video(Frames):
             return round(decoded.time, _DECIMALS)
         return None if self.rate_hz is None else round(index / self.rate_hz, _DECIMALS)
 
-    def _tell_missing(self, start: int, stop: int) -> None:
-        if stop > start:
-            which = f"frame {start} is" if stop == start + 1 else f"frames {start} to {stop - 1} are"
-            self._skip(f"{self.source}: {which} corrupt and left out", stop - start)
+    def _tell_missing(self, missing: list[range]) -> None:
+        """Say once which frames were left out."""
+        if count := sum(map(len, missing)):
+            named = [f"{each[0]} to {each[-1]}" if len(each) > 1 else str(each[0]) for each in missing[:_NAMED]]
+            named += [f"{len(missing) - _NAMED} more"] if len(missing) > _NAMED else []
+            which = " and ".join(filter(None, (", ".join(named[:-1]), named[-1])))
+            text = f"frames {which} are left out, {count} in all: damaged, or predicted from damaged ones"
+            self._skip(f"{self.source}: {text if count > 1 else f'frame {which} is corrupt and left out'}", count)
 
     def _take_rate(self, rate_hz: float | None) -> None:
         if rate_hz is None and self.rate_hz is None:
@@ -196,18 +205,20 @@ class _Decoder:
             return self._last
         self._last = None
         order, following = self._order, self._following
-        if order is None or not self._is_threaded or following >= order.count:
+        if order is None or not self._is_threaded or following >= order.count or not self._guard.has_lost_end:
             return None
-        # Where one of the last frames is damaged, threads lose whole ones that come after it.
         self.close()
         self._open(is_threaded=False)
         return self.go_to(following)
 
     def _open(self, *, is_threaded: bool = True) -> None:
         self._container, _ = ffmpeg.video_in(self._source)
-        self._stream = self._container.streams.video[0]
+        self._stream = ffmpeg.best_video(self._container)
         self._is_threaded = is_threaded
-        self._stream.thread_type = "AUTO" if is_threaded else "SLICE"
+        context = self._stream.codec_context
+        # One that conceals a damaged slice of FFV1 writes into the picture before, which others give out meanwhile.
+        self._stream.thread_type = "SLICE" if context.name == "ffv1" else "AUTO"
+        context.thread_count = 0 if is_threaded else 1  # those that share a picture tell of no missing slice of H.264
         self._frames = self._decoded()
         self._last: tuple[int, av.VideoFrame] | None = None
         self._following = self._count = 0
@@ -226,47 +237,42 @@ class _Decoder:
                 self._container.seek(int(order.stamps[index - step]), stream=self._stream)
                 self._frames, self._following = self._decoded(), index - step
                 found = self.advance()
-                if found is not None and found[0] <= index:
+                if found is not None and min(found[0], self._began) <= index:
                     return found
         self.close()
         self._open(is_threaded=self._is_threaded)
         return self.advance()
 
     def _decoded(self) -> Iterator[av.VideoFrame]:
-        """Decoded frames from where the file is, without those that are damaged."""
-        packets = self._container.demux(self._stream)
-        order = self._order
-        is_numbered, joins = order is not None and not order.is_sought, () if order is None else order.joins
-        is_late = self._container.format.name == "mpegts"  # FFmpeg marks the packet before the damaged one
-        was_corrupt, damaged = False, set()
-        failures = number = 0
-        while failures < _FAILURES:
+        """Decoded frames from where the file is, without those that are damaged or depend on such."""
+        packets, order = self._container.demux(self._stream), self._order
+        damaged = None if order is None else order.damaged
+        is_numbered, is_late = order is not None and not order.is_sought, self._container.format.name == "mpegts"
+        self._guard = guard = Guard(self._stream.codec_context, is_late=is_late, damaged=damaged)
+        given, number, is_end = 0, 0, False
+        self._began = 2**62  # frame of the first packet, if it is a key frame
+        while guard.failures < _FAILURES and not is_end:
             try:
-                packet = next(packets)
-            except StopIteration:
-                return
+                packet = next(packets, None)
             except FFmpegError:
-                failures += 1
-                continue
-            if ffmpeg.counts(packet):
-                is_corrupt, was_corrupt = was_corrupt if is_late else packet.is_corrupt, packet.is_corrupt
+                packet = None
+            is_end = packet is None
+            if packet is not None and ffmpeg.counts(packet):
+                if (
+                    number == 0
+                    and order is not None
+                    and order.is_sought
+                    and packet.is_keyframe
+                    and order.stamps is not None
+                ):
+                    self._began = int(np.searchsorted(order.stamps, packet.pts or 0))
                 if is_numbered:
                     packet.pts, packet.dts = number, None
                 number += 1
-                if is_corrupt and number not in joins:  # where files are joined, all may be there
-                    damaged.add(packet.pts)
-            try:
-                frames = packet.decode()
-            except FFmpegError:
-                failures += 1
-                self._count += 1
-                continue
-            failures = 0
-            for frame in frames:
-                if isinstance(frame, av.VideoFrame):
-                    if not frame.is_corrupt and (frame.pts is None or frame.pts not in damaged):
-                        yield frame
-                    self._count += 1
+            for frame in guard.decode(packet):
+                self._count = guard.left_out + given
+                given += 1
+                yield frame
 
     def _index_of(self, decoded: av.VideoFrame) -> int:
         order, stamp = self._order, decoded.pts

@@ -342,16 +342,31 @@ def test_a_frame_that_is_damaged_is_named(tmp_path, name, number):
     assert f"frame {number} is corrupt and left out" in told[-1]
 
 
-def test_the_damaged_frame_of_a_transport_stream_is_left_out_and_not_the_one_before(tmp_path):
+@pytest.mark.parametrize("codec", ["libx264", "libx265", "mpeg2video"])
+@pytest.mark.parametrize(("number", "left"), [(0, range(10, 20)), (6, [*range(6), *range(10, 20)]), (16, range(16))])
+def test_after_a_damaged_frame_none_is_given_until_the_next_key_frame(tmp_path, codec, number, left):
+    # Of the damaged frame a packet is missing; those after it are predicted from it, and the key frames are 0 and 10.
     rng, path = np.random.default_rng(0), tmp_path / "a.ts"
-    pictures = [rng.integers(0, 255, (HEIGHT, WIDTH)).astype(np.uint8) for _ in range(20)]
+    still = rng.integers(0, 200, (HEIGHT, WIDTH))
+    pictures = [(still + rng.integers(0, 40, still.shape)).astype(np.uint8) for _ in range(20)]
     grey = (av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p") for picture in pictures)
-    write(path, "libx264", "yuv420p", grey, options={"bf": "0", "qp": "4"})
+    how = {"libx265": {"x265-params": "log-level=none:bframes=0:keyint=10:qp=4"}, "mpeg2video": {"g": "10", "b": "9M"}}
+    write(path, codec, "yuv420p", grey, options=how.get(codec, {"bf": "0", "qp": "4", "g": "10", "sc_threshold": "0"}))
     with av.open(str(path)) as container:
         places = [packet.pos or 0 for packet in container.demux(video=0) if packet.size]
     data = path.read_bytes()
-    path.write_bytes(data[: places[6] + 188 * 3] + data[places[6] + 188 * 4 :])
-    assert [frame.index for frame in taken(path)[0]] == [index for index in range(20) if index != 6]
+    path.write_bytes(data[: places[number] + 188 * 6] + data[places[number] + 188 * 7 :])
+    found, told, frames = taken(path)
+    assert [frame.index for frame in found] == list(left)
+    assert (frames.skipped, len(told)) == (20 - len(left), 1)
+    assert f"{20 - len(left)} in all: damaged, or predicted from damaged ones" in told[0]
+    with open_frames(str(path)) as frames:
+        for index in (19, 9, 0, 12):
+            if index in left:
+                np.testing.assert_array_equal(frames.at(index).image, found[list(left).index(index)].image)
+            else:
+                with pytest.raises(SourceError, match=f"frame {index} of 20 is not there or corrupt"):
+                    frames.at(index)
 
 
 def test_a_coding_that_nothing_here_decodes_is_told(tmp_path):

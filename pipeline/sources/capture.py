@@ -2,6 +2,7 @@
 
 import abc
 import errno
+import math
 import os
 import sys
 import time
@@ -13,8 +14,9 @@ import av
 import cv2
 import numpy as np
 from av.error import FFmpegError, HTTPNotFoundError, HTTPUnauthorizedError
-from dockpose.sources.ffmpeg import opened, picture_of
-from dockpose.sources.frames import SourceError
+from dockpose.sources.ffmpeg import best_video, opened, picture_of
+from dockpose.sources.frames import Callback, SourceError
+from dockpose.sources.guard import Guard
 from dockpose.sources.kinds import CaptureSettings
 
 if "OPENCV_LOG_LEVEL" not in os.environ:
@@ -79,7 +81,7 @@ class Camera(Capture):
 
     def __init__(self, number: int, *, grey: bool = False) -> None:
         super().__init__(grey=grey)
-        self._decoder = av.CodecContext.create("mjpeg", "r")
+        self._decoder = Guard(av.VideoCodecContext.create("mjpeg", "r"))
         self._capture = cv2.VideoCapture(number, cv2.CAP_ANY)
         if not self._capture.isOpened():
             self.release()
@@ -140,13 +142,8 @@ class Camera(Capture):
     def _of_jpeg(self, data: bytes) -> np.ndarray | None:
         """Decode as streams and recordings are decoded, so that a recording shows the very same."""
         self.packets = (av.Packet(data),)
-        try:
-            decoded = self._decoder.decode(self.packets[0])
-        except FFmpegError:
-            return None
-        if not decoded or not isinstance(decoded[0], av.VideoFrame) or decoded[0].is_corrupt:
-            return None
-        self._frame = decoded[0]
+        decoded = self._decoder.decode(self.packets[0])
+        self._frame = decoded[0] if decoded else None
         return super().retrieve()
 
     def _refused_of_format(self, settings: CaptureSettings) -> list[str]:
@@ -193,6 +190,8 @@ _REFUSED: dict[Any, str] = {  # by FFmpeg's error or its number
     HTTPNotFoundError: "the server has no such stream",
     HTTPUnauthorizedError: "the server asks for a name and a password, as in rtsp://NAME:PASSWORD@HOST",
 }
+_TELL_EVERY_S = 10.0
+_MOST_PACKETS = 3000  # that are kept for a recording while no picture is given
 _YEAR_2000_S = 946_684_800  # an earlier clock was never set
 # Formats whose frames carry the sender's clock; for others, FFmpeg makes times up from a frame rate.
 _WITH_CLOCK = {"rtsp", "rtp", "sdp", "mpegts", "flv", "live_flv", "hls"}
@@ -201,7 +200,7 @@ _WITH_CLOCK = {"rtsp", "rtp", "sdp", "mpegts", "flv", "live_flv", "hls"}
 class StreamCapture(Capture):
     """A stream that is open; one thread decodes it, since more of them hold frames back."""
 
-    def __init__(self, address: str, timeout_s: float, *, grey: bool = False) -> None:
+    def __init__(self, address: str, timeout_s: float, tell: Callback | None = None, *, grey: bool = False) -> None:
         super().__init__(grey=grey)
         start_s = time.monotonic()
         try:
@@ -214,12 +213,15 @@ class StreamCapture(Capture):
                 raise SourceError(f"{address}: does not answer within {timeout_s:g} s") from error
             what = _REFUSED.get(type(error), _REFUSED.get(getattr(error, "errno", None), _NO_VIDEO))
             raise SourceError(f"{address}: cannot be opened: {what}") from error
-        self._stream = self._container.streams.video[0]
+        self._stream = best_video(self._container)
         self._stream.codec_context.thread_count = 1
+        self._guard = Guard(self._stream.codec_context, is_late=self._container.format.name == "mpegts")
+        self._address, self._tell, self._told_s, self._untold = address, tell or (lambda text: None), -math.inf, 0
         self._has_clock = bool(_WITH_CLOCK & set(self._container.format.name.split(",")))
         self._is_intra = self._stream.codec_context.codec.intra_only
         self._packets = self._container.demux(self._stream)
         self._waiting: list[av.VideoFrame] = []
+        self._sent: list[av.Packet] = []  # which no frame has brought along so far
         rate = self._stream.average_rate if self._has_clock else None
         codec = self._stream.codec_context
         shown = f" at {float(rate):.4g} frames/s" if rate else ""
@@ -231,23 +233,41 @@ class StreamCapture(Capture):
         return self._stream.frames > 0 or (self._container.duration or 0) > 0
 
     def grab(self) -> bool:
-        """Wait for the next frame; False if there is none or it is corrupt."""
-        self.packets = ()
+        """Wait for the next whole frame; False if there is none, or one is left out."""
+        if not self.is_idle:
+            self.left_out = 0
+        self.is_idle, self._guard.left_out = False, 0
         while not self._waiting:
             try:
                 packet = next(self._packets)
-                # Without a clock the frame's time is all that there is, so that it must be the frame's packet alone.
-                self.packets = (*self.packets, packet) if self._has_clock else (packet,) if self._is_intra else ()
-                self._waiting = [frame for frame in packet.decode() if isinstance(frame, av.VideoFrame)]
+                self._waiting = self._guard.decode(packet)
             except (StopIteration, FFmpegError):
                 return False
-            if packet.size == 0 and not self._waiting:
+            if packet.size:
+                # Without a clock the frame's time is all that there is, so that it must be the frame's packet alone.
+                self._sent = [*(self._sent[-_MOST_PACKETS:] if self._has_clock else ()), packet]
+            self.is_idle = self._guard.left_out > 0 and not self._is_intra
+            self._say(self._guard.left_out if self.is_idle else 0)
+            if not self._waiting and (packet.size == 0 or self._guard.left_out):
                 return False
+        self.is_idle = False
         self._frame = self._waiting.pop(0)
+        own = max(0, len(self._sent) - len(self._waiting) - self._guard.held)  # the others come with the next frames
+        self.packets, self._sent = tuple(self._sent[:own]), self._sent[own:]
+        if not (self._has_clock or self._is_intra):
+            self.packets = ()
         self.time_s = self._frame.time if self._has_clock else None
         began_us = self._container.start_time_realtime  # by the sender's reports (RTCP)
         self.unix_at_zero_s = None if began_us is None or began_us / 1e6 < _YEAR_2000_S else began_us / 1e6
-        return not self._frame.is_corrupt
+        return True
+
+    def _say(self, left_out: int) -> None:
+        """Say how many pictures are left out, and not too often."""
+        self.left_out, self._untold, now_s = self.left_out + left_out, self._untold + left_out, time.monotonic()
+        if self._untold and now_s - self._told_s >= _TELL_EVERY_S:
+            text = f"{self._untold} pictures are left out: damaged, or predicted from damaged ones"
+            self._tell(f"{self._address}: {text}")
+            self._told_s, self._untold = now_s, 0
 
     def release(self) -> None:
         """Close the connection."""

@@ -14,6 +14,7 @@ _BEGIN_ANYWHERE = {
     "mpeg4",
 }  # whose decoders begin with pictures that lack what they refer to
 _MOST_WAITING = 1000  # packets of which no frame came so far
+_MOST_HELD = 16  # as many as pictures to which others may refer
 _BEGINS, _ENDS = b"\xff\xda", b"\xff\xd9"  # of the pixels and of the whole in JPEG
 
 
@@ -61,14 +62,27 @@ class Guard:
             if isinstance(frame, av.VideoFrame):
                 self._take(frame)
         whole = []
-        # Pictures may be shown before one to which they refer.
-        while len(self._held) > (0 if is_end else self._context.reorder_depth):
+        # Pictures may be shown before one to which they refer, of which it is not known yet whether it is damaged.
+        while self._held and (
+            is_end
+            or len(self._held) > _MOST_HELD
+            or all(waiting > self._held[0][1] for waiting in self._numbers.values())
+        ):
             since, number, frame = self._held.popleft()
             if since is None or any(since <= bad <= number for bad in self._bad):
                 self.left_out += 1
             else:
                 whole.append(frame)
         return whole
+
+    @property
+    def held(self) -> int:
+        """How many pictures wait for others that are decoded."""
+        return len(self._held)
+
+    def miss(self) -> None:
+        """Note that a packet is missing before the next one."""
+        self._bad.append(self._number)
 
     def _take(self, frame: av.VideoFrame) -> None:
         number = self._numbers.pop(frame.pts, self._number - 1)
@@ -79,6 +93,7 @@ class Guard:
         if frame.key_frame:
             least = min(number, self._held[0][0] or 0) if self._held else number
             self._bad, self._since = [bad for bad in self._bad if bad >= least], number
+            self._numbers = {stamp: other for stamp, other in self._numbers.items() if other > number}
         self._held.append((self._since, number, frame))
 
     def _is_damaged(self, packet: av.Packet) -> bool:

@@ -11,9 +11,10 @@ import numpy as np
 from av.error import FFmpegError
 from dockpose.camera import mark
 from dockpose.sources import ffmpeg
-from dockpose.sources.ffmpeg import Order, picture_of
+from dockpose.sources.ffmpeg import picture_of
 from dockpose.sources.frames import Callback, Frame, Frames, SourceError
 from dockpose.sources.guard import Guard
+from dockpose.sources.order import Order, counts, order_of
 
 _NEAR = 32  # frames this far ahead are reached by reading on rather than by seeking
 _STEPS_BACK = (0, 8, 64)  # frames before the wanted one to seek to, until it is not overshot
@@ -54,7 +55,7 @@ class Video(Frames):
                 self._tell(f"{source}: {sentence}")
             self._time_base = Fraction(stream.time_base or 1)
             self._told = stream.frames or None
-            self._order = ffmpeg.order_of(container, stream) if scan else None
+            self._order = order_of(container, stream) if scan else None
             self._began_unix_s = began_unix_s(container.format.name, container.metadata.get("creation_time"))
             self._is_steady = ffmpeg.is_without_clock(container, source)
             # The average rate of such files is made up, that of the codec is not.
@@ -257,7 +258,7 @@ class _Decoder:
             except FFmpegError:
                 packet = None
             is_end = packet is None
-            if packet is not None and ffmpeg.counts(packet):
+            if packet is not None and counts(packet):
                 if (
                     number == 0
                     and order is not None

@@ -5,8 +5,8 @@ from typing import Any
 
 import av
 from av.codec.context import Flags
-from av.error import FFmpegError
 from dockpose.sources.frames import SourceError
+from dockpose.sources.guard import Guard
 
 _NEAR, _KEPT = 64, 32  # frames this far ahead are reached by reading on; so many that were decoded are kept
 _CODECS = {"264": "h264", "avc": "h264", "265": "hevc", "hevc": "hevc"}
@@ -44,7 +44,7 @@ class Packets:
     def __init__(self, count: int, read: Callable[[int], Packet]) -> None:
         self._count, self._read = count, read
         self._next, self._done = -1 - _NEAR, dict[int, av.VideoFrame]()
-        self._context: Any = None
+        self._guard: Guard | None = None
         self._fault = ""  # of the last message that could not be read
 
     def frame(self, index: int) -> av.VideoFrame:
@@ -60,7 +60,7 @@ class Packets:
     def _begin(self, index: int) -> None:
         """Go to the last key frame up to that number."""
         self._next = next((at for at in range(index, -1, -1) if self._is_key(at)), index)
-        self._context, self._fault = None, ""
+        self._guard, self._fault = None, ""
         self._done.clear()
 
     def first_key(self) -> int:
@@ -77,27 +77,26 @@ class Packets:
         """Decode one more packet, or at the end what the decoder holds back."""
         number, self._next = self._next, self._next + 1
         try:
-            if number == self._count:
-                frames = [] if self._context is None else self._context.decode(None)
-            else:
-                frames = self._frames_of(number)
-        except FFmpegError:
-            return
+            packet = None if number == self._count else self._read(number)
         except SourceError as error:
             self._fault = str(error)
+            if self._guard is not None:
+                self._guard.miss()
             return
-        for frame in frames:
-            if frame.pts is not None and not frame.is_corrupt:
+        for frame in self._frames_of(packet, number):
+            if frame.pts is not None:
                 self._done[frame.pts] = frame
         while len(self._done) > _KEPT:
             self._done.pop(min(self._done))
 
-    def _frames_of(self, number: int) -> list[Any]:
-        packet = self._read(number)
-        if self._context is None:
-            self._context = av.CodecContext.create(packet.codec, "r")
-            self._context.thread_count = 1
-            self._context.flags |= Flags.low_delay  # no frame is held back, where none needs one that follows
+    def _frames_of(self, packet: Packet | None, number: int) -> list[av.VideoFrame]:
+        if packet is None:
+            return [] if self._guard is None else self._guard.decode(None)
+        if self._guard is None:
+            context: Any = av.CodecContext.create(packet.codec, "r")
+            context.thread_count = 1
+            context.flags |= Flags.low_delay  # no frame is held back, where none needs one that follows
+            self._guard = Guard(context)
         coded = av.Packet(packet.data)
         coded.pts = coded.dts = number
-        return self._context.decode(coded)
+        return self._guard.decode(coded)

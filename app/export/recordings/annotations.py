@@ -36,16 +36,16 @@ def annotations_of(found: Estimate, headline: tuple[str, str], stamp: dict[str, 
     unit = _UNIT_SHARE * min(found.width, found.height)
     drawing = _Drawing(found, unit, {"timestamp": stamp})
     drawing.write(headline[0], np.array([0.5 * _FONT, 1.5 * _FONT]) * unit, headline[1])
-    outline, (ellipse, dock) = geometry.outline(found), geometry.centres(found)
-    if outline is not None and ellipse is not None:
-        drawing.line(np.vstack([outline, outline[:1]]), colours.ELLIPSE_COLOUR)
-        drawing.cross(ellipse, colours.ELLIPSE_COLOUR)
-    for name, pose, colour in zip(POSE_NAMES, found.candidates, POSE_COLOURS, strict=False):
+    for name, pose, colour in reversed(list(zip(POSE_NAMES, found.candidates, POSE_COLOURS, strict=False))):
         rim, axes, normal = geometry.pose_lines(pose, found)
         thickness = 2.0 if pose is found.selected else 1.0
         for points in (np.vstack([rim, rim[:1]]), *axes, normal):
             drawing.line(points, colour, thickness)
         drawing.write(name, normal[1] + 0.5 * _FONT * unit, colour)
+    outline, (ellipse, dock) = geometry.outline(found), geometry.centres(found)
+    if outline is not None and ellipse is not None:
+        drawing.line(np.vstack([outline, outline[:1]]), colours.ELLIPSE_COLOUR)
+        drawing.cross(ellipse, colours.ELLIPSE_COLOUR)
     if dock is not None:
         drawing.circle(dock, 5 * unit, colours.TEXT_COLOUR)
     drawing.lights()

@@ -1,113 +1,72 @@
 """What is drawn over a picture, as ``foxglove_msgs/msg/ImageAnnotations``, which Foxglove lays over the raw picture."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from dockpose import Estimate
-from dockpose.app.drawing import colours
-from dockpose.app.drawing.colours import POSE_COLOURS, POSE_NAMES
-from dockpose.estimate import geometry
+from dockpose.app.drawing.colours import TEXT_COLOUR, rgb
+from dockpose.estimate.canvas import Canvas, Point
+from dockpose.estimate.drawing import draw_parts
 
 ANNOTATIONS = "foxglove_msgs/msg/ImageAnnotations"
-_PARTS = {  # each after those that it is made of
-    "Color": "float64 r, float64 g, float64 b, float64 a",
-    "Point2": "float64 x, float64 y",
-    "CircleAnnotation": "builtin_interfaces/Time timestamp, foxglove_msgs/Point2 position, float64 diameter, "
-    "float64 thickness, foxglove_msgs/Color fill_color, foxglove_msgs/Color outline_color",
-    "PointsAnnotation": "builtin_interfaces/Time timestamp, uint8 type, foxglove_msgs/Point2[] points, "
-    "foxglove_msgs/Color outline_color, foxglove_msgs/Color[] outline_colors, foxglove_msgs/Color fill_color, "
-    "float64 thickness",
-    "TextAnnotation": "builtin_interfaces/Time timestamp, foxglove_msgs/Point2 position, string text, "
-    "float64 font_size, foxglove_msgs/Color text_color, foxglove_msgs/Color background_color",
-    "ImageAnnotations": "foxglove_msgs/CircleAnnotation[] circles, foxglove_msgs/PointsAnnotation[] points, "
-    "foxglove_msgs/TextAnnotation[] texts",
-}
-DEFINITIONS = {f"foxglove_msgs/msg/{name}": fields.replace(", ", "\n") for name, fields in _PARTS.items()}
-_LINE_STRIP, _LINE_LIST = 3, 4  # of PointsAnnotation
+DEFINITION = "annotations.txt"  # of the message, in static/
+_STRIP, _LIST = 3, 4  # LINE_STRIP and LINE_LIST of PointsAnnotation
 _NOTHING = {"r": 0.0, "g": 0.0, "b": 0.0, "a": 0.0}
-_DIM = {**_NOTHING, "a": 0.6}  # behind words
-_UNIT_SHARE = 1 / 480  # of the picture's smaller side: what sizes are in
-_LEAST_RADIUS, _FONT = 6.0, 14.0  # in these units
-_CENTRE = 0.5  # pixel centres are at integers here, and a half beyond them there
+_GROUND = {**_NOTHING, "a": 0.6}  # behind words
+_FONT_PX = 30.0  # height of letters in a unit of the canvas at size 1, as OpenCV's are
+_UPRIGHT, _TILTED = (
+    np.array(arms) / 2 for arms in (((-1, 0), (1, 0), (0, -1), (0, 1)), ((-1, -1), (1, 1), (-1, 1), (1, -1)))
+)
+_CENTRE = 0.5  # a pixel's centre by the corner of the first pixel; here it is at integers
 
 
 def annotations_of(found: Estimate, headline: tuple[str, str], stamp: dict[str, Any]) -> dict[str, Any]:
-    """Lights with their numbers, the ellipse, both poses and the headline (words, colour) as fields of a message."""
-    unit = _UNIT_SHARE * min(found.width, found.height)
-    drawing = _Drawing(found, unit, {"timestamp": stamp})
-    drawing.write(headline[0], np.array([0.5 * _FONT, 1.5 * _FONT]) * unit, headline[1])
-    for name, pose, colour in reversed(list(zip(POSE_NAMES, found.candidates, POSE_COLOURS, strict=False))):
-        rim, axes, normal = geometry.pose_lines(pose, found)
-        thickness = 2.0 if pose is found.selected else 1.0
-        for points in (np.vstack([rim, rim[:1]]), *axes, normal):
-            drawing.line(points, colour, thickness)
-        drawing.write(name, normal[1] + 0.5 * _FONT * unit, colour)
-    outline, (ellipse, dock) = geometry.outline(found), geometry.centres(found)
-    if outline is not None and ellipse is not None:
-        drawing.line(np.vstack([outline, outline[:1]]), colours.ELLIPSE_COLOUR)
-        drawing.cross(ellipse, colours.ELLIPSE_COLOUR)
-    if dock is not None:
-        drawing.circle(dock, 5 * unit, colours.TEXT_COLOUR)
-    drawing.lights()
-    return drawing.message
+    """What is drawn on an annotated picture, and the headline (words, colour), as fields of a message."""
+    canvas = _Annotations(found.width, found.height, stamp)
+    draw_parts(canvas, found)
+    canvas.lines([headline])
+    return canvas.fields
 
 
-class _Drawing:
-    """A message that grows; what leaves the numbers, as behind the camera, is left out. ``unit`` is in pixels."""
+class _Annotations(Canvas):
+    """A canvas that takes down what is drawn on it as fields of a message."""
 
-    def __init__(self, found: Estimate, unit: float, stamp: dict[str, Any]) -> None:
-        self._found, self._unit, self._stamp = found, unit, stamp
-        self.message: dict[str, Any] = {"circles": [], "points": [], "texts": []}
+    def __init__(self, width: int, height: int, stamp: dict[str, Any]) -> None:
+        super().__init__(np.broadcast_to(np.uint8(0), (height, width, 3)))  # which takes no memory
+        self._stamp = {"timestamp": stamp}
+        self.fields: dict[str, Any] = {"circles": [], "points": [], "texts": []}
 
-    def lights(self) -> None:
-        """A circle around each light, with its number, and a cross at every other group."""
-        markers, least = self._found.markers, _LEAST_RADIUS * self._unit
-        if markers is None:
-            return
-        radii = geometry.light_radii(self._found, least)
-        for point, radius, is_light in zip(markers.points_px, radii, geometry.on_ring(self._found), strict=True):
-            if is_light:
-                self.circle(point, radius, colours.LIGHT_COLOUR)
-            else:
-                self.cross(point, colours.DROPPED_COLOUR)
-        for index, label, outward in geometry.light_labels(self._found):
-            middle = markers.points_px[index] + outward * (radii[index] + _FONT * self._unit)
-            self.write(label, middle + (-0.3 * _FONT * self._unit, 0.3 * _FONT * self._unit), colours.TEXT_COLOUR)
+    def polyline(self, points: np.ndarray, colour: str, width: float = 1.0) -> None:
+        self._add_points(_STRIP, points[np.isfinite(points).all(axis=1)], colour, width)
 
-    def line(self, points: np.ndarray, colour: str, thickness: float = 1.0) -> None:
-        """A line through points (N, 2) that stops short of the lights."""
-        for piece in geometry.beside_lights(points, self._found, _LEAST_RADIUS * self._unit):
-            self._add_points(_LINE_STRIP, piece, colour, thickness)
+    def cross(self, centre: Point, size: float, colour: str, *, tilted: bool = False) -> None:
+        self._add_points(_LIST, centre + size * self.unit * (_TILTED if tilted else _UPRIGHT), colour, 1.0)
 
-    def cross(self, middle: np.ndarray, colour: str) -> None:
-        """Two lines that cross at a point (2,)."""
-        arms = 0.7 * _LEAST_RADIUS * self._unit * np.array([[-1, -1], [1, 1], [-1, 1], [1, -1]])
-        self._add_points(_LINE_LIST, middle + arms, colour, 1.0)
+    def circle(self, centre: Point, radius: float, colour: str, *, filled: bool = False) -> None:
+        size = {"position": _point(centre), "diameter": 2 * float(radius) * self.unit, "thickness": self.unit}
+        colours = {"fill_color": _colour(colour) if filled else _NOTHING, "outline_color": _colour(colour)}
+        self.fields["circles"].append(self._stamp | size | colours)
 
-    def circle(self, middle: np.ndarray, radius_px: float, colour: str) -> None:
-        """A circle around a point (2,)."""
-        if np.isfinite(middle).all():
-            size = {"diameter": 2 * float(radius_px), "thickness": self._unit}
-            more = {"position": _point(middle), "fill_color": _NOTHING, "outline_color": _colour(colour)}
-            self.message["circles"].append(self._stamp | more | size)
+    def text(self, text: str, at: Point, colour: str = TEXT_COLOUR, size: float = 0.45) -> None:
+        font = {"font_size": _FONT_PX * size * self.unit, "text_color": _colour(colour), "background_color": _GROUND}
+        self.fields["texts"].append(self._stamp | {"position": _point(at), "text": text} | font)
 
-    def write(self, text: str, at: np.ndarray, colour: str) -> None:
-        """Words whose lower left corner is at a point (2,)."""
-        if np.isfinite(at).all():
-            words = {"text": text, "font_size": _FONT * self._unit, "text_color": _colour(colour)}
-            self.message["texts"].append(self._stamp | {"position": _point(at), "background_color": _DIM} | words)
+    def lines(self, lines: Iterable[tuple[str, str]]) -> None:
+        for row, (text, colour) in enumerate(lines, 1):
+            self.text(text, (8 * self.unit, 16 * row * self.unit), colour)
 
-    def _add_points(self, kind: int, points: np.ndarray, colour: str, thickness: float) -> None:
-        if np.isfinite(points).all():
-            more = {"outline_colors": [], "fill_color": _NOTHING, "thickness": thickness * self._unit}
-            line = {"type": kind, "points": [_point(point) for point in points], "outline_color": _colour(colour)}
-            self.message["points"].append(self._stamp | line | more)
+    def _add_points(self, kind: int, points: np.ndarray, colour: str, width: float) -> None:
+        colours = {"outline_color": _colour(colour), "outline_colors": [], "fill_color": _NOTHING}
+        line = {"type": kind, "points": list(map(_point, points)), "thickness": width * self.unit}
+        self.fields["points"].append(self._stamp | line | colours)
 
 
-def _point(point: np.ndarray) -> dict[str, float]:
-    return {"x": float(point[0]) + _CENTRE, "y": float(point[1]) + _CENTRE}
+def _point(point: Point) -> dict[str, float]:
+    """A point, far away where it is behind the camera."""
+    x, y = np.clip(np.nan_to_num(point, nan=-1e5), -1e5, 1e5).tolist()
+    return {"x": x + _CENTRE, "y": y + _CENTRE}
 
 
 def _colour(colour: str) -> dict[str, float]:
-    red, green, blue = (part / 255 for part in colours.rgb(colour))
-    return {"r": red, "g": green, "b": blue, "a": 1.0}
+    return dict(zip("rgb", (part / 255 for part in rgb(colour)), strict=True)) | {"a": 1.0}

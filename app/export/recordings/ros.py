@@ -13,7 +13,8 @@ import yaml
 from dockpose import Camera, Estimate, Vehicle
 from dockpose.app.errors import UserError, unwritable, writing
 from dockpose.app.export.data import to_png
-from dockpose.app.export.recordings.annotations import ANNOTATIONS, DEFINITIONS, annotations_of
+from dockpose.app.export.recordings.annotations import ANNOTATIONS, DEFINITION, annotations_of
+from dockpose.app.resources import static_path
 from dockpose.app.state.trust import Trust, headline_of, trust_of
 from dockpose.camera.files import ros_content
 from dockpose.camera.image import as_picture
@@ -229,8 +230,7 @@ class PoseFile:
         with writing(path):
             self._file = GrowingFile(path)
         self._store = get_typestore(Stores.ROS2_HUMBLE)
-        for name, text in DEFINITIONS.items():
-            self._store.register(get_types_from_msg(text, name))
+        self._store.register(get_types_from_msg(static_path(DEFINITION).read_text(encoding="utf-8"), ANNOTATIONS))
         # What is called here as a file needs no more than a file's write, tell and flush.
         self._writer = Writer(cast("BinaryIO", self._file), chunk_size=_CHUNK_BYTES)
         with self._writing():

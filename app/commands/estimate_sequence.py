@@ -139,7 +139,7 @@ def _picture_writer(
     if folder is None:
         return lambda index, time_s, picture: None
     if is_video_file(results.to.annotate):
-        video = files.enter_context(VideoFile(folder, frames.rate_hz or _RATE_HZ, comment=COMMENT))
+        video = files.enter_context(VideoFile(folder, frames.rate_hz or _RATE_HZ, metadata={"comment": COMMENT}))
         return lambda index, time_s, picture: video.write(picture, time_s)
     pictures = results.folder(folder)
     return lambda index, time_s, picture: pictures.write(f"frame_{index + 1:04d}", picture)

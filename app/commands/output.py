@@ -15,7 +15,7 @@ from dockpose.app.commands.console import check_stopped, put, put_text
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import check_folder, unwritable, writing
 from dockpose.app.export.data import CSV_COLUMNS, to_png, to_row
-from dockpose.app.export.recordings.ros import PoseFile, Seen
+from dockpose.app.export.recordings.ros import AS_THEY_CAME, PoseFile, Seen
 from dockpose.app.inputs.protected import Protected
 from dockpose.app.state.trust import NO_POSE, Trust, headline_of
 from dockpose.camera import mark
@@ -80,7 +80,8 @@ class ResultWriter:
         if bag is not None:
             if not self.to.no_pictures:
                 frame = read()
-                seen = dataclasses.replace(seen, picture=frame.encoded or to_png(frame.image))
+                is_kept = (frame.encoded or b"").startswith(AS_THEY_CAME)
+                seen = dataclasses.replace(seen, picture=frame.encoded if is_kept else to_png(frame.image))
             bag.write(seen, line["time_s"], line["time_unix_s"])
 
     def put_sum(self) -> None:

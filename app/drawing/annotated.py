@@ -25,7 +25,6 @@ def annotate(
     image: Any,
     estimate: Estimate,
     *,
-    words: bool = True,
     layers: Collection[str] = DRAWN,
     truth: KnownPose | None = None,
     headline: tuple[str, str] | None = None,
@@ -40,7 +39,7 @@ def annotate(
     draw_parts(canvas, estimate, layers)
     if "scale" in layers:
         _draw_scale(canvas, estimate)
-    if words and "text" in layers:
+    if "text" in layers:
         canvas.lines([*([headline] if headline else []), *_lines(estimate)])
     return canvas.pixels
 

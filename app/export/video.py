@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from fractions import Fraction
 from pathlib import Path
@@ -124,12 +125,10 @@ def _count(path: Path) -> int:
         return 0
 
 
-def create_matroska(path: Path, began_unix_s: float | None = None) -> tuple[OutputContainer, MicrosecondMatroska]:
+def create_matroska(path: Path) -> tuple[OutputContainer, MicrosecondMatroska]:
     """Begin a Matroska file, whose ticks are microseconds called milliseconds; both must be closed, in that order."""
     file = MicrosecondMatroska(path)
     container = av.open(file, "w", format="matroska", container_options=_MATROSKA)
-    if began_unix_s is not None:
-        container.metadata["creation_time"] = creation_time(began_unix_s)
     return container, file
 
 
@@ -142,13 +141,7 @@ class VideoFile(contextlib.AbstractContextManager["VideoFile"]):
     """A video made from pictures of one size, begun with the first; as a context manager it finishes itself."""
 
     def __init__(
-        self,
-        path: Path,
-        rate_hz: float,
-        *,
-        is_lossless: bool = False,
-        began_unix_s: float | None = None,
-        comment: str = "",
+        self, path: Path, rate_hz: float, *, is_lossless: bool = False, metadata: Mapping[str, str] | None = None
     ) -> None:
         if not path.parent.is_dir():
             raise UserError(f"{path}: cannot be written ({path.parent}: there is no such folder)")
@@ -156,7 +149,7 @@ class VideoFile(contextlib.AbstractContextManager["VideoFile"]):
         self._path, self._suffix = path, path.suffix.lower()
         self._codec = _CODECS[self._suffix] if is_lossless or self._suffix != ".avi" else _MOTION_JPEG
         self._rate_hz = Fraction(rate_hz).limit_denominator(1001)
-        self._began_unix_s, self._comment = began_unix_s, comment
+        self._metadata = metadata or {}
         self._container: OutputContainer | None = None
         self._file: MuxedFile | None = None
         self._count = 0
@@ -228,13 +221,12 @@ class VideoFile(contextlib.AbstractContextManager["VideoFile"]):
     def _begin(self, width: int, height: int, pixels: str) -> None:
         encoder, options, _ = self._codec
         if self._suffix == ".mkv":
-            container, self._file = create_matroska(self._path, self._began_unix_s)
+            container, self._file = create_matroska(self._path)
         else:
             self._file = MuxedFile(self._path)
             options_of_file = _MP4 if self._suffix == ".mp4" else {}
             container = av.open(self._file, "w", format=self._suffix[1:], container_options=options_of_file)
-        if self._comment:
-            container.metadata["comment"] = self._comment
+        container.metadata.update(self._metadata)
         self._container = container
         self._tick = 1 / self._rate_hz if self._suffix == ".avi" else _TICK
         self._named_tick = MILLISECOND if self._suffix == ".mkv" else self._tick

@@ -48,7 +48,7 @@ class Frame:
     monotonic_s : float or None, seconds
         Of a live source, when it was taken or else came, by ``time.monotonic()``; None of a recording.
     encoded : bytes or None
-        The file that ``image`` was decoded from, where that is a JPEG or PNG and the frame is not turned.
+        The picture file that ``image`` was decoded from; None where there is none, or the frame is turned.
     """
 
     image: np.ndarray
@@ -175,11 +175,6 @@ class Indexed(Frames):
     @abc.abstractmethod
     def _frame(self, index: int) -> Frame:
         """Read a frame. Raises ValueError, whose text names the source, where that cannot be done."""
-
-
-def as_encoded(data: bytes) -> bytes | None:
-    """The bytes of a picture file where they are a JPEG or PNG, as ``Frame.encoded`` has them."""
-    return data if data.startswith((b"\xff\xd8", b"\x89PNG")) else None
 
 
 def growing(stamps: Sequence[int]) -> tuple[list[int], list[int]]:

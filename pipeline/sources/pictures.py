@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from dockpose.camera import image as decoding
 from dockpose.camera.tiff import is_tiff
-from dockpose.sources.frames import Callback, Frame, Indexed, SourceError, as_encoded
+from dockpose.sources.frames import Callback, Frame, Indexed, SourceError
 from dockpose.text import as_text
 from PIL import ExifTags, Image
 
@@ -112,12 +112,12 @@ def _times_s(path: Path) -> list[float | None]:
     return [round(time, 6) if is_timed else None for time in times_s[:-1]]
 
 
-def read_tagged(path: Path) -> tuple[np.ndarray, str, float | None, int, bytes | None]:
-    """A file's picture (H, W), checksum, time as by :func:`taken_unix_s`, orientation, and :func:`as_encoded` bytes."""
+def read_tagged(path: Path) -> tuple[np.ndarray, str, float | None, int, bytes]:
+    """A file's picture (H, W), checksum, time as by :func:`taken_unix_s`, orientation, and bytes."""
     data = decoding.read_picture_file(path)
     image = decoding.decode(data, str(path))
     sha256, tag = hashlib.sha256(data).hexdigest(), decoding.orientation_of(data)
-    return image, sha256, taken_unix_s(data), tag, as_encoded(data)
+    return image, sha256, taken_unix_s(data), tag, data
 
 
 def taken_unix_s(data: bytes) -> float | None:

@@ -178,7 +178,7 @@ def test_what_is_drawn_on_is_refused_by_name_and_all_else_is_done(tmp_path, caps
 @pytest.mark.parametrize("name", ["drawn.mp4", "drawn.mkv", "drawn.avi"])
 def test_a_video_that_is_drawn_on_is_refused_and_a_plain_one_read(tmp_path, name):
     for comment in ("", COMMENT):
-        with VideoFile(tmp_path / name, 10.0, comment=comment) as video:
+        with VideoFile(tmp_path / name, 10.0, metadata={"comment": comment}) as video:
             for number, picture in enumerate(FRAMES):
                 video.write(coloured(picture), number / 10)
         if not comment:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, BinaryIO, cast
 
 import numpy as np
@@ -31,6 +32,7 @@ BODY_FRAME_ID = "base_link"  # x ahead, y left, z up, whatever the vehicle file'
 _POSE, _TF = "geometry_msgs/msg/PoseWithCovarianceStamped", "tf2_msgs/msg/TFMessage"
 _PICTURE, _DIAGNOSTICS = "sensor_msgs/msg/CompressedImage", "diagnostic_msgs/msg/DiagnosticArray"
 PICTURES = "/dock/image"  # in files alone
+AS_THEY_CAME = (b"\x89PNG", b"\xff\xd8")  # how pictures begin that go into files as they are: PNG and JPEG
 # The type of what is on each topic.
 TOPICS = {
     "/diagnostics": _DIAGNOSTICS,
@@ -79,7 +81,7 @@ def messages_of(seen: Seen, time_ns: int, frame_id: str = FRAME_ID) -> list[Mess
     drawn = annotations_of(seen.found, headline_of(seen.trust), head["stamp"])
     messages: list[Message] = [("/diagnostics", {"header": head} | _diagnostics(seen)), ("/dock/annotations", drawn)]
     if seen.picture is not None:
-        kind = "jpeg" if seen.picture.startswith(b"\xff\xd8") else "png"
+        kind = "png" if seen.picture.startswith(AS_THEY_CAME[0]) else "jpeg"
         messages.append((PICTURES, {"header": head, "format": kind, "data": seen.picture}))
     if seen.found.camera.port is None:
         messages.append(("/dock/camera_info", camera_message(seen.found.camera, head)))
@@ -254,7 +256,7 @@ class PoseFile:
         time_ns = self._stamp_ns(time_s, time_unix_s)
         with self._writing():
             for topic, fields in messages_of(replace(seen, clock=self._clock), time_ns):
-                data = bytes(self._store.serialize_cdr(built(self._store, TOPICS[topic], fields), TOPICS[topic]))
+                data = bytes(self._store.serialize_cdr(built(fields), TOPICS[topic]))
                 self._writer.add_message(self._channels[topic], time_ns, data, time_ns, self._count)
             self._file.mark()
         self._count += 1
@@ -297,22 +299,10 @@ class PoseFile:
         return round(1e9 * time_unix_s)
 
 
-def built(store: Any, kind: str, fields: dict[str, Any]) -> Any:
-    """Build a message."""
-    values = {}
-    for name, described in store.fielddefs[kind][1]:
-        values[name] = _value(store, described, fields[name])
-    return store.types[kind](**values)
-
-
-def _value(store: Any, described: Any, value: Any) -> Any:
-    """A field's value, by how the store describes it."""
-    sort, about = described
-    if sort.name == "BASE":
-        return value
-    if sort.name == "NAME":
-        return built(store, about, value)
-    (inner, what), _ = about
-    if inner.name == "NAME":
-        return [built(store, what, one) for one in value]
-    return np.frombuffer(value, np.uint8) if isinstance(value, bytes) else np.array(value, float)
+def built(value: Any) -> Any:
+    """A message of fields as rosbags takes it: with attributes, and numbers in arrays."""
+    if isinstance(value, dict):
+        return SimpleNamespace(**{name: built(one) for name, one in value.items()})
+    if isinstance(value, list):
+        return list(map(built, value)) if value and isinstance(value[0], dict) else np.array(value, float)
+    return np.frombuffer(value, np.uint8) if isinstance(value, bytes) else value

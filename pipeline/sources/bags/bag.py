@@ -28,7 +28,7 @@ from dockpose.sources.bags.sqlite_file import SqliteFile
 from dockpose.sources.bags.storage import BAG_METADATA, Message, Place, Storage, Topic
 from dockpose.sources.bags.video import Packet, Packets, codec_of
 from dockpose.sources.ffmpeg import picture_of
-from dockpose.sources.frames import Callback, Frame, Indexed, SourceError, as_encoded, growing
+from dockpose.sources.frames import Callback, Frame, Indexed, SourceError, growing
 from dockpose.sources.pictures import numeric
 
 _MOST_TIMES = 1000  # that a file expands by, beyond the size of a chunk; dark pictures reach some hundreds
@@ -196,7 +196,7 @@ class Bag(Indexed):
             if self._packets is None:
                 message = self._message(index)
                 image = picture_in(message, name)
-                encoded = as_encoded(bytes(memoryview(message.data))) if self._topic.kind in COMPRESSED_KINDS else None
+                encoded = bytes(memoryview(message.data)) if self._topic.kind in COMPRESSED_KINDS else None
             else:
                 image = picture_of(self._packets.frame(index))
         except SourceError as error:

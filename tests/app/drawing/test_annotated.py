@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Estimate, Settings, estimate
-from dockpose.app.drawing.annotated import annotate, around_ring, kept_pixels
+from dockpose.app.drawing.annotated import DRAWN, annotate, around_ring, kept_pixels
 from dockpose.app.drawing.colours import MASK_COLOUR, bgr
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_mask, with_method
@@ -96,7 +96,7 @@ def test_behind_a_port_the_ellipse_runs_through_the_lights():
 def test_a_mask_is_outlined_and_hatched():
     image = np.full((480, 640), 10, np.uint8)
     found = estimate(image, CAMERA, DOCK, Settings(masks=((300, 200, 100, 50), (900, 900, 5, 5))))
-    drawn = annotate(image, found, words=False)
+    drawn = annotate(image, found, layers=[layer for layer in DRAWN if layer != "text"])
     assert (drawn[200:250, 300] == bgr(MASK_COLOUR)).all()
     assert (drawn[249, 300:400] == bgr(MASK_COLOUR)).all()
     inside = (drawn[201:249, 301:399] == bgr(MASK_COLOUR)).all(axis=2).mean()

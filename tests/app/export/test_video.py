@@ -32,7 +32,7 @@ def test_lossless_videos_give_back_every_level(tmp_path, name, shape, kind):
 def test_matroska_keeps_microseconds_and_the_time_of_day(tmp_path):
     times_s = [0.0, 0.013337, 0.5, 0.500041, 1.25, 3600.000001]
     path = tmp_path / "a.mkv"
-    with VideoFile(path, 25.0, began_unix_s=1782907200.123456) as video:
+    with VideoFile(path, 25.0, metadata={"creation_time": "2026-07-01T12:00:00.123456Z"}) as video:
         for picture, time_s in zip(pictures(6, (48, 64)), times_s, strict=True):
             video.write(picture, time_s)
         unfinished = path.read_bytes()  # as a crash would leave it

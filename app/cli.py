@@ -11,7 +11,6 @@ import re
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
@@ -65,13 +64,11 @@ def _run_command(words: Sequence[str]) -> int:
     """Load what a command needs, and run it."""
     with _uncollected():
         from dockpose.app.commands.arguments import logged, protected
-        from dockpose.thresholds import METHODS
 
         _loaded(words[0])
-    with METHODS.telling(partial(console.say, level=logging.WARNING)):
-        arguments = _parsed(words)
-        with protected(arguments), logged(arguments):
-            return _run(arguments)
+    arguments = _parsed(words)
+    with protected(arguments), logged(arguments):
+        return _run(arguments)
 
 
 def _loaded(name: str) -> tuple[Callable[[argparse.Namespace], int], Mapping[str, Any]]:

@@ -30,9 +30,7 @@ METHODS = Methods(
 def register_threshold(name: str, *, title: str | None = None) -> Callable[[Function], Function]:
     """Register a function as a threshold method.
 
-    ``dockpose compare``, ``--method``, ``Settings(method=...)`` and the page have it from then on. An installed package
-    does the same by an entry point of the group ``dockpose.thresholds``, whose name is the method's and which leads to
-    the function, or to the module that registers it.
+    ``Settings(method=...)``, and what the same program starts of commands and pages, have it from then on.
 
     Parameters
     ----------
@@ -53,8 +51,8 @@ def register_threshold(name: str, *, title: str | None = None) -> Callable[[Func
     Raises
     ------
     ValueError
-        If the name or the title is no such text, or is that of another method. The same function may be registered
-        again, as a notebook does.
+        If the name or the title is no such text, or is that of another method. One's own may be registered again, as a
+        notebook does.
 
     Examples
     --------

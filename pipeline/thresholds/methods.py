@@ -1,31 +1,22 @@
-"""The registry of threshold methods: the library's, those registered in Python, those of installed packages."""
+"""The threshold methods by their names: the library's, and those that somebody registers."""
 
-import contextlib
 import inspect
-import logging
 import math
 import numbers
 import re
-import threading
-import traceback
 from collections.abc import Callable, Iterator, Mapping
-from importlib.metadata import EntryPoint, entry_points
-from pathlib import PurePath
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from dockpose.palette import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION
 from dockpose.pixels.bright import PixelGroups, pixels_at
 from dockpose.pixels.flood import LEVELS
-from dockpose.text import InputError, one_line
+from dockpose.text import InputError
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
-GROUP = "dockpose.thresholds"  # of the entry points
 # From the histogram, the minimum area of a group and the level set by hand; most need only the first.
 Method = Callable[[Histogram, int, int | None], Threshold]
 Function = TypeVar("Function", bound=Callable[..., Any])
-_LOG = logging.getLogger(__name__)
-_MOST_LETTERS = 40  # as many as fit a dropdown
 # Colours and marks of registered methods, in turn; with marks that the library does not use.
 _LOOKS = tuple(zip((BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY_BLUE), ("d", "p", "h", "*", "H", "8"), strict=True))
 
@@ -42,7 +33,7 @@ class Entry(NamedTuple):
     colour: str  # as in HTML
     mark: str  # of Matplotlib
     short: str = ""  # the title where space is scarce
-    function: Callable[..., Any] | None = None  # that was registered; None for the library's own
+    is_own: bool = False  # registered, rather than the library's
 
 
 class Methods(Mapping[str, Method]):
@@ -50,20 +41,14 @@ class Methods(Mapping[str, Method]):
 
     def __init__(self, **built_in: Entry) -> None:
         self._entries = {name: one._replace(method=_called_alike(one.method)) for name, one in built_in.items()}
-        self._is_loaded, self._lock = False, threading.RLock()
-        self._tell: Callable[[str], object] = _LOG.warning
 
     def __getitem__(self, name: str) -> Method:
-        if name not in self._entries:
-            self._load()
         return self._entries[name].method
 
     def __iter__(self) -> Iterator[str]:
-        self._load()
         return iter(sorted(self._entries, key="fixed".__eq__))
 
     def __len__(self) -> int:
-        self._load()
         return len(self._entries)
 
     def title(self, name: str) -> str:
@@ -79,62 +64,21 @@ class Methods(Mapping[str, Method]):
         entry = self._entries[name]
         return entry.colour, entry.mark
 
-    def is_own(self, name: str) -> bool:
-        """Whether somebody registered the method, rather than that it is the library's."""
-        return name in self and self._entries[name].function is not None
-
     def add(self, name: Any, title: Any, function: Any) -> None:
         """Register a function, see :func:`register_threshold`."""
-        if not isinstance(name, str) or not re.fullmatch(r"[a-z][a-z0-9_]{,39}", name):
-            raise ValueError(
-                f"name is {name!r}; a threshold method is called by up to {_MOST_LETTERS} small letters, digits and _, "
-                'as in @register_threshold("bright_tenth")'
-            )
         title = name if title is None else title
-        if not isinstance(title, str) or not title.strip() or len(title) > _MOST_LETTERS or not title.isprintable():
-            raise ValueError(f"title of {name!r} is {title!r}; it must be a line of 1 to {_MOST_LETTERS} characters")
+        if not isinstance(name, str) or not re.fullmatch(r"[a-z][a-z0-9_]{,39}", name):
+            raise ValueError(f"name is {name!r}; it must be up to 40 small letters, digits and _, as bright_tenth")
+        if not isinstance(title, str) or not title.strip() or len(title) > 40 or not title.isprintable():
+            raise ValueError(f"title of {name!r} is {title!r}; it must be a line of 1 to 40 characters")
         if not callable(function):
             raise ValueError(f"threshold method {name!r} is {function!r}; it must be a function")
-        with self._lock:
-            for known, entry in self._entries.items():
-                if known == name and (entry.function is None or _origin(entry.function) != _origin(function)):
-                    whose = ".".join(map(str, _origin(entry.function))) if entry.function else "dockpose's own"
-                    raise ValueError(f"there is a threshold method {name!r} already, {whose}")
-                if known != name and entry.title == title:
-                    raise ValueError(f"title of {name!r} is {title!r}, as that of the threshold method {known!r}")
-            registered = [known for known, entry in self._entries.items() if entry.function and known != name]
-            look = _LOOKS[len(registered) % len(_LOOKS)]
-            self._entries[name] = Entry(title, own_threshold(name, title, function), *look, title, function)
-
-    @contextlib.contextmanager
-    def telling(self, tell: Callable[[str], object]) -> Iterator[None]:
-        """Report meanwhile by a function why a package's method is left out, which else is logged."""
-        before, self._tell = self._tell, tell
-        try:
-            yield
-        finally:
-            self._tell = before
-
-    def _load(self) -> None:
-        """Load the methods of installed packages, once; one that cannot be is left out, and reported."""
-        with self._lock:
-            if self._is_loaded:
-                return
-            self._is_loaded = True
-            for point in sorted(entry_points(group=GROUP), key=lambda one: one.name):
-                try:
-                    self._add_point(point)
-                except (Exception, SystemExit) as error:  # whatever somebody's package does, the others are there
-                    why = str(error) if type(error) is ValueError else f"{type(error).__name__}: {error}"
-                    package = point.dist.name if point.dist else point.value
-                    self._tell(one_line(f"the threshold method {point.name!r} of {package} is left out: {why}"))
-
-    def _add_point(self, point: EntryPoint) -> None:
-        loaded = point.load()
-        known = self._entries.get(point.name)
-        if inspect.ismodule(loaded) or (known is not None and known.function is loaded):
-            return  # it registered what it has when it was imported
-        self.add(point.name, None, loaded)
+        others = {known: entry for known, entry in self._entries.items() if known != name or not entry.is_own}
+        for known, entry in others.items():
+            if known == name or entry.title == title:
+                raise ValueError(f"threshold method {name!r}, {title!r}: there is {known!r}, {entry.title!r} already")
+        look = _LOOKS[sum(entry.is_own for entry in others.values()) % len(_LOOKS)]
+        self._entries[name] = Entry(title, _own_threshold(name, title, function), *look, title, is_own=True)
 
 
 def _called_alike(method: Callable[..., Threshold]) -> Method:
@@ -148,13 +92,7 @@ def _called_alike(method: Callable[..., Threshold]) -> Method:
     return called
 
 
-def _origin(function: Any) -> tuple[Any, Any]:
-    return getattr(function, "__module__", None), getattr(function, "__qualname__", function)
-
-
-def own_threshold(
-    name: str, title: str, function: Callable[[np.ndarray], Any]
-) -> Callable[[Histogram, int, int | None], Threshold]:
+def _own_threshold(name: str, title: str, function: Callable[[np.ndarray], Any]) -> Method:
     """Return a function as a method of the registry."""
 
     def method(histogram: Histogram, min_area_px: int, level: int | None) -> Threshold:
@@ -162,7 +100,8 @@ def own_threshold(
         try:
             found = function(grey.copy())
         except (Exception, SystemExit) as error:
-            raise MethodError(f"threshold method {name!r} failed: {_in_words(error, function)}") from error
+            why = ": ".join(filter(None, (type(error).__name__, str(error))))
+            raise MethodError(f"threshold method {name!r} failed: {why}") from error
         if isinstance(found, np.ndarray) and found.ndim == 0:
             found = found[()]
         if isinstance(found, np.ndarray):
@@ -206,11 +145,3 @@ def _threshold_by_mask(name: str, title: str, histogram: Histogram, mask: np.nda
     reason = f"The mask of {title} keeps {len(index)} pixel{'s' if len(index) > 1 else ''}, the darkest at this level."
     count, group_of = pixels.groups()
     return threshold_at(name, histogram, pixels.floor, reason, PixelGroups(pixels, group_of, count))
-
-
-def _in_words(error: BaseException, function: Any) -> str:
-    """The error, and the line of the function's file at which it came."""
-    words = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-    file = getattr(getattr(function, "__code__", None), "co_filename", None)
-    lines = [step for step in traceback.extract_tb(error.__traceback__) if step.filename == file]
-    return f"{words} ({PurePath(lines[-1].filename).name}, line {lines[-1].lineno})" if lines else words

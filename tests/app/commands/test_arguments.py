@@ -14,6 +14,8 @@ from dockpose.app.commands.console import say
 from dockpose.app.errors import UserError
 from dockpose.camera.files import save_camera
 
+from tests.support.methods import registered
+
 
 @pytest.mark.parametrize(
     ("text", "expected"), [("0.3", 0.3), ("5", 5), ("30cm", 0.3), ("300 mm", 0.3), ("30m", 30), ("3e-1", 0.3)]
@@ -139,3 +141,9 @@ def test_a_size_that_differs_from_that_of_the_file_is_refused(tmp_path):
     save_camera(Camera(70, 70, 32, 24, 64, 48), tmp_path / "c.yaml")
     with pytest.raises(UserError, match=r"--camera-size 32x24: .* is for 64 x 48 pixels"):
         camera_of(argparse.Namespace(camera=str(tmp_path / "c.yaml"), camera_size="32x24"))
+
+
+def test_help_names_methods_of_ones_own(capsys):
+    with registered(mine=("Mine", lambda grey: 100)), pytest.raises(SystemExit):
+        main(["estimate", "--help"])
+    assert " mine, fixed" in " ".join(capsys.readouterr().out.split())

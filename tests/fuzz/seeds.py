@@ -1,8 +1,10 @@
 """Good inputs to begin from, each small, and arrays and numbers of every kind."""
 
+import contextlib
 import functools
 import io
 import json
+import sqlite3
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,12 +26,13 @@ from dockpose.camera.files import FORMATS, save_camera
 from dockpose.camera.port import FlatPort
 from dockpose.files import to_yaml
 from dockpose.sources.bags.decoding import FFMPEG_PACKET
+from dockpose.sources.bags.storage import Topic
 from dockpose.tracking.tracker import Tracker
 from mcap.writer import CompressionType
 
 from tests.pipeline.camera.formats.test_readers import FORMS
 from tests.support import bags as ros
-from tests.support import videos_in_bags
+from tests.support import foxglove_messages, videos_in_bags
 
 CAMERA, DOCK = Camera(fx=90, fy=90, cx=47.5, cy=35.5, width=96, height=72), Dock(0.30, 8)
 SAMPLES = Path(__file__).parents[2] / "sample_images"
@@ -204,6 +207,59 @@ def bags() -> list[bytes]:
         for kind in (videos_in_bags.FOXGLOVE, FFMPEG_PACKET):
             written.append(videos_in_bags.write(path, kind, "h264", videos_in_bags.packets("h264", 4)).read_bytes())
     return written
+
+
+_KINDS = {
+    "RawImage": foxglove_messages.raw(np.zeros((6, 8), np.uint8), "mono8"),
+    "CompressedImage": {
+        "frame_id": "c",
+        "data": cv2.imencode(".png", np.zeros((6, 8), np.uint8))[1].tobytes(),
+        "format": "",
+    },
+    "CameraCalibration": foxglove_messages.calibration([7.0, 0, 3.5, 0, 7, 2.5, 0, 0, 1], (8, 6), (0.1, 0, 0, 0, 0)),
+}
+TOPICS = tuple(
+    Topic("/c", f"foxglove_msgs/msg/{kind}", encoding) for kind in _KINDS for encoding in foxglove_messages.ENCODINGS
+)
+
+
+@functools.cache
+def bag_messages() -> list[bytes]:
+    """Messages of Foxglove's in each encoding, after a byte that says which of :data:`TOPICS` it is."""
+    each = ((kind, encoding) for kind in _KINDS for encoding in foxglove_messages.ENCODINGS)
+    return [
+        bytes([number]) + foxglove_messages.encoded(kind, encoding, ros.START_NS, _KINDS[kind])
+        for number, (kind, encoding) in enumerate(each)
+    ]
+
+
+@functools.cache
+def foxglove_bags() -> list[bytes]:
+    """Bags of a picture and its camera in each encoding."""
+    with tempfile.TemporaryDirectory() as folder:
+        return [
+            foxglove_messages.write(
+                Path(folder) / "b.mcap", encoding, [("/c/image", kind, _KINDS[kind]), camera]
+            ).read_bytes()
+            for encoding in foxglove_messages.ENCODINGS
+            for kind in ("RawImage", "CompressedImage")
+            for camera in [("/c/calibration", "CameraCalibration", _KINDS["CameraCalibration"])]
+        ]
+
+
+@functools.cache
+def killed_databases() -> list[bytes]:
+    """A database and the log beside it, apart by a line of dashes."""
+    with tempfile.TemporaryDirectory() as folder:
+        entries = ros.frames([ring_picture()[:6, :8].copy()])
+        (path,) = ros.write_rosbag2(Path(folder) / "b", entries).glob("*.db3")
+        with contextlib.closing(sqlite3.connect(path)) as connection:
+            connection.execute("PRAGMA page_size=512")
+            connection.execute("VACUUM")
+            connection.execute("PRAGMA journal_mode=wal")
+            connection.execute("INSERT INTO messages SELECT id + 1, topic_id, timestamp, data FROM messages")
+            connection.commit()
+            return [b"\n=====\n".join(Path(f"{path}{end}").read_bytes() for end in ("", "-wal"))]
 
 
 def random_array(rng: np.random.Generator) -> Any:

@@ -26,6 +26,8 @@ from dockpose.pose.solve import find_poses
 from dockpose.sidecar import load_dock, read_sidecar
 from dockpose.simulate import load_sequence, render
 from dockpose.sources import open_frames
+from dockpose.sources.bags.decoding import fields_of, frame_of, stamp_ns
+from dockpose.sources.bags.messages import camera_in, picture_in
 
 from tests.fuzz import messages, seeds
 
@@ -179,6 +181,26 @@ def _frames(path: Path) -> None:
                 break
 
 
+def bag_message(data: bytes) -> None:
+    """Read a message of Foxglove's, and the picture or the camera in it."""
+    topic = seeds.TOPICS[data[0] % len(seeds.TOPICS)] if data else seeds.TOPICS[0]
+    stamp_ns(topic, data[1:])
+    message = fields_of(topic, data[1:])
+    frame_of(message)
+    if "Calibration" in topic.kind:
+        camera_in(message, (8, 6), lambda note: None)
+    else:
+        picture_in(message, "fuzz")
+
+
+def _killed(path: Path) -> None:
+    database, _, log = path.read_bytes().partition(b"\n=====\n")
+    path.write_bytes(database)
+    for end in ("-wal", "-journal"):
+        path.with_name(path.name + end).write_bytes(log)
+    _frames(path)
+
+
 def array(data: bytes) -> None:
     """Search an array of any kind, shape, stride and values for a dock."""
     rng = np.random.default_rng(list(data[:16]))
@@ -251,6 +273,9 @@ TARGETS: dict[str, Target] = {
     "video": Target(_in_file(_frames, "video.mp4"), functools.partial(seeds.videos, "mp4"), 0.004),
     "matroska": Target(_in_file(_frames, "video.mkv"), functools.partial(seeds.videos, "mkv"), 0.003),
     "bag": Target(_in_file(_frames, "bag.mcap"), seeds.bags, 0.01),
+    "bag of foxglove": Target(_in_file(_frames, "bag.mcap"), seeds.foxglove_bags, 0.01),
+    "bag message": Target(bag_message, seeds.bag_messages, 0.1),
+    "killed database": Target(_in_file(_killed, "bag.db3"), seeds.killed_databases, 0.01),
     "array": Target(array, _any_bytes, 0.02),
     "numbers": Target(numbers, _any_bytes, 0.1),
     "search settings": Target(settings_objects, _any_bytes, 0.02),

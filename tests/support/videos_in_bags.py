@@ -52,8 +52,8 @@ def write(path: Path, kind: str, codec: str, data: list[bytes]) -> Path:
 def _message(kind: str, codec: str, packet: bytes, stamp_ns: int) -> bytes:
     head, data = bags.header(STORE, stamp_ns), np.frombuffer(packet, np.uint8)
     if kind == FOXGLOVE:
-        stamp = b"\x08" + _varint(stamp_ns // 10**9) + b"\x10" + _varint(stamp_ns % 10**9)
-        return b"".join(_field(*each) for each in ((1, stamp), (2, b"camera"), (3, packet), (4, codec.encode())))
+        stamp = b"\x08" + number(stamp_ns // 10**9) + b"\x10" + number(stamp_ns % 10**9)
+        return b"".join(field(*each) for each in ((1, stamp), (2, b"camera"), (3, packet), (4, codec.encode())))
     if kind == FOXGLOVE_ROS:
         message = STORE.types[kind](timestamp=head.stamp, frame_id="camera", data=data, format=codec)
     else:
@@ -63,13 +63,10 @@ def _message(kind: str, codec: str, packet: bytes, stamp_ns: int) -> bytes:
     return bytes(STORE.serialize_cdr(message, kind))
 
 
-def _field(number: int, data: bytes) -> bytes:
-    return _varint(number << 3 | 2) + _varint(len(data)) + data
+def field(key: int, data: bytes) -> bytes:
+    return number(key << 3 | 2) + number(len(data)) + data
 
 
-def _varint(number: int) -> bytes:
-    return _varint_head(number) + bytes([number >> 7 * (max(1, (number.bit_length() + 6) // 7) - 1)])
-
-
-def _varint_head(number: int) -> bytes:
-    return bytes(number >> 7 * at & 127 | 128 for at in range(max(1, (number.bit_length() + 6) // 7) - 1))
+def number(value: int) -> bytes:
+    parts = [value >> 7 * at & 127 for at in range(max(1, (value.bit_length() + 6) // 7))]
+    return bytes([*(part | 128 for part in parts[:-1]), parts[-1]])

@@ -6,6 +6,7 @@ import pytest
 from dockpose import Dock, Entrance, Settings
 from dockpose.app.cli import main
 from dockpose.app.commands.ros import NodeLogic, logic_of, make_node
+from dockpose.app.errors import UserError
 from dockpose.app.export.recordings.ros import TOPICS_OF_NODE as TOPICS
 from dockpose.app.inputs.pictures import save_dock
 from dockpose.simulate import render
@@ -96,6 +97,27 @@ def test_compressed_pictures_have_their_camera_beside_the_others():
     assert (logic.is_compressed, logic.info_topic) == (True, "/left/camera_info")
     logic.take_camera_info(INFO)
     assert len(logic.take_image(bags.compressed(PICTURE, "png"), 0.0)) == len(PLAIN)
+
+
+def test_the_camera_is_held_against_the_pictures(told):
+    """As in bags: a region of interest that was not taken off, a camera of other pictures, rectified ones."""
+    P = (*CAMERA.matrix[0], 0.0, *CAMERA.matrix[1], 0.0, 0.0, 0.0, 1.0, 0.0)
+    logic = NodeLogic(told.append, DOCK, Settings(), None, "/camera/image_rect_color")
+    bent = bags.camera_info(CAMERA.matrix.ravel(), (640, 480), D=(-0.3, 0, 0, 0, 0), P=P, roi=(160, 120, 320, 240))
+    logic.take_camera_info(bent)
+    pose = dict(logic.take_image(bags.image(PICTURE, "mono8"), 0.0))["/dock/pose"]["pose"]["pose"]
+    assert [pose["position"][axis] for axis in "xyz"] == pytest.approx(TRUTH.position_m, abs=0.02)
+    assert "taken as rectified" in told[0]
+    assert "no region of interest is taken off" in told[1]
+    logic.take_camera_info(bags.camera_info(CAMERA.matrix.ravel(), (1280, 960)))
+    (message,) = logic.take_image(bags.image(PICTURE, "mono8"), 0.0)
+    assert "cannot be used: it is for pictures of 1280 x 960 pixels, but they have 640 x 480" in told[-1]
+    assert status_of([message])["level"] == 2
+
+
+def test_a_transport_that_the_node_cannot_take_is_named(told):
+    with pytest.raises(UserError, match="/c/image_rect/ffmpeg: ffmpeg is not read by the node; republish it as raw"):
+        NodeLogic(told.append, DOCK, Settings(), None, "/c/image_rect/ffmpeg")
 
 
 DEFAULTS = {

@@ -1,126 +1,18 @@
 """A topic of a bag as frames, in order and by index."""
 
 import contextlib
-import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from itertools import accumulate
-from pathlib import Path
 from typing import Any
 
 from dockpose.camera.camera import Camera
-from dockpose.files import FileError, read_yaml
-from dockpose.sources.bags import storage
-from dockpose.sources.bags.decoding import (
-    CAMERAS,
-    COMPRESSED_KINDS,
-    IMAGE,
-    PICTURES,
-    VIDEO,
-    fields_of,
-    frame_of,
-    is_read,
-    stamp_ns,
-)
+from dockpose.sources.bags import decoding
 from dockpose.sources.bags.messages import camera_in, is_rectified, picture_in
-from dockpose.sources.bags.sqlite_file import SqliteFile
-from dockpose.sources.bags.storage import BAG_METADATA, Message, Place, Storage, Topic
+from dockpose.sources.bags.opening import opened_files
+from dockpose.sources.bags.storage import Message, Place, Storage, Topic
 from dockpose.sources.bags.video import Packet, Packets, codec_of
 from dockpose.sources.ffmpeg import picture_of
 from dockpose.sources.frames import Callback, Frame, Indexed, SourceError, growing
-from dockpose.sources.pictures import numeric
-
-_MOST_TIMES = 1000  # that a file expands by, beyond the size of a chunk; dark pictures reach some hundreds
-_PART_BYTES = 1 << 20
-
-
-def opened_files(source: str) -> tuple[list[Storage], str, contextlib.ExitStack]:
-    """The files of a bag, by what it shows that its recorder was killed, and what closes them."""
-    path = Path(source)
-    try:
-        import mcap.records  # noqa: F401
-        import rosbags.typesys  # noqa: F401
-    except ImportError as error:
-        needed = "needs the packages that read bags: pip install 'dockpose[ros]'"
-        raise SourceError(f"{source}: {needed}") from error
-    paths, is_by_message, unfinished = [path], False, ""
-    if path.is_dir() and not (path / BAG_METADATA).is_file():
-        unfinished = f"as it has no {BAG_METADATA}"
-        paths = sorted(filter(storage.is_rosbag2_file, path.iterdir()), key=numeric)
-    elif path.is_dir():
-        paths, is_by_message = _described(path)
-    if not paths:
-        raise SourceError(f"{path}: the bag has no files")
-    expand = partial(storage.expanded, "zstd") if is_by_message else None
-    with contextlib.ExitStack() as stack:
-        return [_opened(each, expand, stack) for each in paths], unfinished, stack.pop_all()
-
-
-def _opened(path: Path, expand: Callable[[bytes], bytes] | None, stack: contextlib.ExitStack) -> Storage:
-    from dockpose.sources.bags.chunked import McapFile, Ros1File
-
-    try:
-        storage.check_regular(path)
-        if path.stat().st_size == 0:
-            raise SourceError("the file is empty (0 bytes)")
-        if is_packed := storage.head_of(path).startswith(storage.ZSTD_BEGINS) or path.suffix.lower() == ".zstd":
-            path = _unpacked(path, Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="dockpose-"))))
-        ending = storage.ending_of(storage.head_of(path))
-        if ending is None and is_packed:
-            raise SourceError("is compressed by zstd, and what is in it is no bag")
-        ending = ending or path.suffix.lower()  # whose reader says what is amiss
-        if ending == ".db3":
-            file: Storage = SqliteFile(path, expand)
-        else:
-            file = McapFile(path) if ending == ".mcap" else Ros1File(path)
-    except OSError as error:
-        raise SourceError(f"{path}: cannot be read ({error.strerror or error})") from error
-    except SourceError as error:
-        raise SourceError(f"{path}: {error}") from error
-    stack.callback(file.close)
-    return file
-
-
-def _unpacked(path: Path, folder: Path) -> Path:
-    """Expand a file that was compressed as a whole into a folder."""
-    import zstandard
-
-    unpacked = folder / path.stem
-    most = storage.MOST_BYTES + _MOST_TIMES * path.stat().st_size
-    too_much = SourceError(f"expands to more than {_MOST_TIMES} times its size, as no bag does")
-    try:
-        with path.open("rb") as file, unpacked.open("wb") as target:
-            if zstandard.frame_content_size(file.read(32)) > most:  # as far as the file says
-                raise too_much
-            file.seek(0)
-            reader = zstandard.ZstdDecompressor().stream_reader(file)
-            while part := reader.read(_PART_BYTES):
-                target.write(part)
-                if target.tell() > most:
-                    raise too_much
-    except zstandard.ZstdError as error:
-        raise SourceError(f"is damaged: {error}") from error
-    return unpacked
-
-
-def _described(folder: Path) -> tuple[list[Path], bool]:
-    """The files that a folder's metadata.yaml names, and whether messages are compressed one by one."""
-    try:
-        content = read_yaml(folder / BAG_METADATA)
-    except FileError as error:
-        raise SourceError(str(error)) from error
-    about = content.get("rosbag2_bagfile_information")
-    if not isinstance(about, dict) or not isinstance(about.get("relative_file_paths"), list):
-        raise SourceError(f"{folder / BAG_METADATA}: describes no bag: it names no relative_file_paths")
-    paths = list(dict.fromkeys(folder / Path(str(name)).name for name in about["relative_file_paths"]))
-    missing = [str(path) for path in paths if not path.is_file()]
-    if missing:
-        raise SourceError(f"{folder}: the bag's {', '.join(missing)} is not there")
-    if about.get("compression_format") not in (None, "", "zstd"):
-        raise SourceError(f"{folder}: is compressed by {about['compression_format']!r}; zstd is read")
-    return paths, str(about.get("compression_mode", "")).lower() == "message"
-
 
 # Clocks that begin with a program or a simulation count from 0; this is in 1973, before anything was recorded.
 _LEAST_UNIX_NS = 10**17
@@ -145,17 +37,17 @@ class _Index:
         """Go through a file of the bag."""
         for message in file.messages():
             topic = message.topic
-            if topic.kind in PICTURES and is_read(topic):
-                entry = file, message.place, message.time_ns, stamp_ns(topic, message.data)
+            if topic.kind in decoding.PICTURES and decoding.is_read(topic):
+                entry = file, message.place, message.time_ns, decoding.stamp_ns(topic, message.data)
                 self.frames.setdefault(topic.name, []).append(entry)
-            elif topic.kind in CAMERAS and is_read(topic):
+            elif topic.kind in decoding.CAMERAS and decoding.is_read(topic):
                 self.cameras.setdefault(topic.name, message)
         self.topics.update({topic.name: topic for topic in file.topics.values()})
 
 
 def _words(topic: Topic) -> str:
     """The type of a topic's messages, and their encoding where that is what cannot be read."""
-    is_unread = topic.kind in PICTURES and not is_read(topic)
+    is_unread = topic.kind in decoding.PICTURES and not decoding.is_read(topic)
     return f"{topic.kind} in {topic.encoding}, which is not read" if is_unread else topic.kind or topic.encoding
 
 
@@ -187,7 +79,7 @@ class Bag(Indexed):
 
     def _message(self, index: int) -> Any:
         file, place, _, _ = self._frames[index]
-        return fields_of(self._topic, file.read(place))
+        return decoding.fields_of(self._topic, file.read(place))
 
     def _frame(self, index: int) -> Frame:
         name = f"{self.source}: frame {index}"
@@ -196,7 +88,7 @@ class Bag(Indexed):
             if self._packets is None:
                 message = self._message(index)
                 image = picture_in(message, name)
-                encoded = bytes(memoryview(message.data)) if self._topic.kind in COMPRESSED_KINDS else None
+                encoded = bytes(memoryview(message.data)) if self._topic.kind in decoding.COMPRESSED_KINDS else None
             else:
                 image = picture_of(self._packets.frame(index))
         except SourceError as error:
@@ -209,7 +101,9 @@ class Bag(Indexed):
     def _chosen(self, index: _Index, topic: str | None) -> str:
         """The topic that was asked for, or the only one with pictures."""
         known = index.topics
-        pictures = sorted(name for name, one in known.items() if one.kind in PICTURES and is_read(one))
+        pictures = sorted(
+            name for name, one in known.items() if one.kind in decoding.PICTURES and decoding.is_read(one)
+        )
         drawn = {name for name in pictures if name.endswith(_DRAWN) and name.removesuffix(_DRAWN) + _BESIDE in known}
         pictures = [name for name in pictures if name not in drawn]
         if drawn and (not pictures or f"/{(topic or '').lstrip('/')}" in drawn):
@@ -261,8 +155,8 @@ class Bag(Indexed):
 
     def _is_video(self) -> bool:
         """Whether the messages are packets of a video, by their type, or by the format of the first that is whole."""
-        if self._topic.kind not in COMPRESSED_KINDS:
-            return self._topic.kind in VIDEO
+        if self._topic.kind not in decoding.COMPRESSED_KINDS:
+            return self._topic.kind in decoding.VIDEO
         for at in range(len(self._frames)):
             with contextlib.suppress(SourceError):
                 return codec_of(self._message(at).format) is not None
@@ -274,7 +168,7 @@ class Bag(Indexed):
         for at in range(first, min(first + _TRIED, len(self._frames))):
             with contextlib.suppress(ValueError):
                 height, width = self._frame(at).image.shape[:2]
-                return frame_of(self._message(at)), (width, height)
+                return decoding.frame_of(self._message(at)), (width, height)
         return "", None
 
     def _describe_camera(self, index: _Index) -> None:
@@ -283,16 +177,16 @@ class Bag(Indexed):
         if size is None:
             return
         above = self.topic.rpartition("/")[0]  # of what is compressed or packed, the topic is one level up
-        beside = [f"{above}/camera_info", f"{above.rpartition('/')[0]}/camera_info"][
-            : 1 if self._topic.kind == IMAGE else 2
-        ]
+        levels = 1 if self._topic.kind == decoding.IMAGE else 2
+        beside = [f"{above}/camera_info", f"{above.rpartition('/')[0]}/camera_info"][:levels]
         usual = next((name for name in beside if name in index.cameras), None)
         near = self._near(index, frame) if usual is None else {usual}
         found: dict[Camera, tuple[str, list[str]]] = {}
         for name in sorted(near):
-            message, notes = index.cameras[name], list[str]()
+            notes = list[str]()
             try:
-                camera = camera_in(fields_of(message.topic, message.data), size, notes.append, is_rectified(self.topic))
+                message = decoding.fields_of(index.cameras[name].topic, index.cameras[name].data)
+                camera = camera_in(message, size, notes.append, is_rectified(self.topic))
             except ValueError as error:
                 self.camera_notes.append(f"the camera of {name} cannot be used ({error})")
                 continue
@@ -313,7 +207,7 @@ class Bag(Indexed):
         found = dict[str, int]()
         for name, message in index.cameras.items():
             with contextlib.suppress(SourceError):
-                own = frame_of(fields_of(message.topic, message.data))
+                own = decoding.frame_of(decoding.fields_of(message.topic, message.data))
                 parts = name.split("/")[:-1]
                 while parts and parts[-1] in _OF_CAMERAS:
                     parts.pop()

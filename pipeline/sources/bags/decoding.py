@@ -58,7 +58,6 @@ class Foxglove(msgspec.Struct):
     distortion_model: str = ""
     D: tuple[float, ...] = ()
     K: tuple[float, ...] = ()
-    R: tuple[float, ...] = ()
     P: tuple[float, ...] = ()
 
 

@@ -19,7 +19,7 @@ import dockpose.app.commands.console as console
 from dockpose import __version__
 from dockpose.app.errors import OutputError, UserError
 from dockpose.app.resources import read_toml
-from dockpose.text import one_line
+from dockpose.text import InputError, one_line
 
 # What runs each command, in its module below ``commands``, which is loaded for that command alone.
 COMMANDS = {
@@ -63,11 +63,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run_command(words: Sequence[str]) -> int:
     """Load what a command needs, and run it."""
     with _uncollected():
-        from dockpose.app.commands.arguments import logged, protected
+        from dockpose.app.commands.arguments import logged, protect
 
         _loaded(words[0])
     arguments = _parsed(words)
-    with protected(arguments), logged(arguments):
+    protect(arguments)
+    with logged(arguments):
         return _run(arguments)
 
 
@@ -106,6 +107,8 @@ def _run(arguments: argparse.Namespace) -> int:
         status = console.EXIT_UNWRITABLE
     except (ValueError, OSError) as error:
         console.say(str(error), logging.ERROR)
+        if isinstance(error, InputError) and not isinstance(error, UserError):  # no argument is wrong, but a source
+            status = console.EXIT_SOME_UNREADABLE
     except (KeyboardInterrupt, Exception) as error:
         try:
             is_ended = isinstance(console.stop_in(error), console.Terminated)

@@ -59,13 +59,15 @@ def why(error: OSError) -> str:
     return _WHY.get(error.errno or 0) or error.strerror or str(error)
 
 
-def check_place(path: Path, option: str, *, is_new: bool = False) -> None:
+def check_place(path: Path, option: str, *, is_new: bool = False, in_place: bool = False) -> None:
     """Raise a UserError where a file cannot be put there, before work is done whose result would be lost."""
     if not path.parent.is_dir():
         raise UserError(f"{option} {path}: cannot be written, there is no folder {path.parent}")
     if path.is_dir():
         raise UserError(f"{option} {path}: is a folder; name a file in it")
-    if not path.exists() or path.is_file():
+    if path.is_file() and not os.access(path, os.W_OK):
+        raise UserError(f"{option} {path}: cannot be written, the file is read-only")
+    if not path.exists() or (path.is_file() and not in_place):
         check_folder(path.parent, f"{option} {path}")
     if is_new and path.is_file():
         raise UserError(f"{option} {path}: is there already and is not overwritten; give another name, or rename it")

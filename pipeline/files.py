@@ -26,7 +26,7 @@ _TEMPORARY = re.compile(rf"\..*\.(\d+)-\d+{re.escape(TEMPORARY_ENDING)}", re.DOT
 
 
 def write_whole(path: Path, data: bytes) -> None:
-    """Replace a file in one step: it is written under a temporary name and flushed first. Raises OSError."""
+    """Replace a file in one step, under a temporary name first; it keeps its mode, and its owner where it may."""
     if path.is_symlink():
         path = path.resolve()
     if path.exists() and not path.is_file():  # as /dev/stdout
@@ -36,6 +36,7 @@ def write_whole(path: Path, data: bytes) -> None:
     temporary = path.with_name(f".{path.name[:50]}.{os.getpid()}-{threading.get_native_id()}{TEMPORARY_ENDING}")
     try:
         with open(temporary, "wb") as file:
+            _take_after(path, file.fileno())
             file.write(data)
             file.flush()
             _sync(file.fileno())
@@ -43,6 +44,17 @@ def write_whole(path: Path, data: bytes) -> None:
     except BaseException:
         remove(temporary)
         raise
+
+
+def _take_after(path: Path, descriptor: int) -> None:
+    """Give an open file the owner, as far as that may be, and the mode of the one at the path, if there is one."""
+    if os.name == "nt" or not path.exists():
+        return
+    there = path.stat()
+    with contextlib.suppress(OSError):  # another user's
+        os.fchown(descriptor, there.st_uid, there.st_gid)
+    with contextlib.suppress(OSError):  # a file system without modes
+        os.fchmod(descriptor, stat.S_IMODE(there.st_mode))
 
 
 def write_all(file: IO[bytes] | io.RawIOBase, data: bytes) -> int:

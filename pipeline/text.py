@@ -3,6 +3,16 @@
 import re
 from typing import Any
 
+# What gives access: our own token, a password in an address (FFmpeg takes up to the last @ before a slash), and what
+# cameras and servers call such things, also where a path has them, as rtsp://HOST/user=NAME_password=WORD.
+_NAMES = r"token|pass\w*?|pwd|pas|secret|sig(?:nature)?|key|auth|credentials?"
+_SECRETS = (
+    (re.compile(rf"((?:^|[?&;\s/_])[\w-]*?(?:{_NAMES})=)[^\s&;\"')]+", re.IGNORECASE), r"\1***"),
+    (re.compile(r"(\w://)[^/\s@]*:(?!\d{1,5}(?:[/?#:\s]|$))\S*@"), r"\1***@"),
+    (re.compile(r"(\w://)[^/?#\s]*@"), r"\1***@"),
+    (re.compile(r"((?:authorization|cookie)\s*[:=]\s*).*", re.IGNORECASE), r"\1***"),
+)
+_ADDRESS = re.compile(r"\w+://\S+")
 _LONGEST, _MOST_TEXT = 80, 900  # characters of a value that are quoted, and of a message
 
 
@@ -10,7 +20,7 @@ class InputError(ValueError):
     """Something that was given cannot be used; the text says what and why, on one line."""
 
     def __init__(self, text: str) -> None:
-        super().__init__(one_line(text))
+        super().__init__(one_line(public(text)))
 
 
 def shown(value: Any) -> str:
@@ -51,3 +61,15 @@ def _spelt(character: str) -> str:
     if "\udc80" <= character <= "\udcff":  # Python's stand-in for a byte that is no UTF-8
         return f"\\x{ord(character) - 0xDC00:02x}"
     return character.encode("unicode_escape").decode()
+
+
+def without_secrets(text: str) -> str:
+    """Text in which tokens, passwords and cookies are replaced by ``***``."""
+    for pattern, replacement in _SECRETS:
+        text = pattern.sub(replacement, text)
+    return text
+
+
+def public(text: str) -> str:
+    """Text as people may see it, also a source's name: passwords and the like in its addresses are hidden."""
+    return _ADDRESS.sub(lambda found: without_secrets(found[0]), text) if "://" in text else text

@@ -15,30 +15,24 @@ from dockpose import Camera, Dock, Settings, Vehicle, load_vehicle
 from dockpose.app.commands.console import say
 from dockpose.app.errors import UserError, blaming, writing
 from dockpose.app.experiment.record import files_of_session, is_session
-from dockpose.app.inputs.protected import Claims, Protected, files_below, files_of, is_on_disk, places
-from dockpose.app.inputs.sequences import capture_from, is_sequence
+from dockpose.app.inputs.protected import Protected, files_of
+from dockpose.app.inputs.sequences import capture_from
 from dockpose.app.resources import read_toml
 from dockpose.camera.files import NoSizeError, load_camera, split_name
 from dockpose.lights.masks import Mask, check_masks
 from dockpose.sidecar import load_dock, sample_source
 from dockpose.sources import CaptureSettings, Kind, kind_of
-from dockpose.text import printable
+from dockpose.text import printable, without_secrets
 
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
 _METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
 # Of all commands, the options that write, and those that name one file to read.
-WRITTEN = ("json", "csv", "annotate", "out", "out_camera", "record", "log_file")
+WRITTEN = ("json", "csv", "tum", "annotate", "out", "out_camera", "record", "log_file")
 READ = ("camera", "dock", "vehicle", "scene")
 _TYPES = {
     **{"int": int, "float": float, "path": Path, "sample": sample_source},
     "sample_path": lambda text: Path(sample_source(text)),
 }
-# What gives access: our own token, a password in an address, and what others call such things.
-_SECRETS = (
-    (re.compile(r"([?&;\s](?:\w*token|key|password|secret|sig(?:nature)?)=)[^\s&;\"')]+", re.IGNORECASE), r"\1***"),
-    (re.compile(r"(\w://)[^/\s@]+@"), r"\1***@"),
-    (re.compile(r"((?:authorization|cookie)\s*[:=]\s*).*", re.IGNORECASE), r"\1***"),
-)
 
 
 def add_command(parser: argparse.ArgumentParser, name: str, known: Mapping[str, Any]) -> None:
@@ -61,36 +55,11 @@ def _add_options(to: argparse._ActionsContainer, table: str, known: Mapping[str,
         to.add_argument(name, **more | {"help": " ".join(about["help"].split()).format(**known.get("words", {}))})
 
 
-@contextlib.contextmanager
-def protected(arguments: argparse.Namespace) -> Iterator[None]:
-    """Keep a command's outputs from its inputs, each other and other programs, before anything is opened."""
+def protect(arguments: argparse.Namespace) -> None:
+    """Keep a command's outputs from its inputs and from each other, before anything is opened."""
     values = [(name, getattr(arguments, name, None)) for name in WRITTEN]
     outputs = [(f"--{name.replace('_', '-')}", str(value)) for name, value in values if value is not None]
     arguments.protected = Protected(outputs, _read_by(arguments) if outputs else ())
-    claims = Claims()
-    try:
-        for option, value in outputs:
-            if not _is_shared(arguments, option, value) and not claims.claim(places(value)):
-                raise UserError(f"{option} {value}: another program is writing it; give another name, or wait")
-        yield
-    finally:
-        claims.release()
-
-
-def _is_shared(arguments: argparse.Namespace, option: str, value: str) -> bool:
-    """Whether programs may share it: a pipe, a log, or a folder of pictures that are made one from one."""
-    if option == "--log-file" or not is_on_disk(value):
-        return True
-    if option != "--annotate":
-        return False
-    # FFmpeg, which pictures alone do not need.
-    from dockpose.app.export.video import is_video_file
-
-    return (
-        not is_video_file(Path(value))
-        and getattr(arguments, "rate", None) is None
-        and not any(map(is_sequence, arguments.sources))
-    )
 
 
 def _read_by(arguments: argparse.Namespace) -> Iterator[Path]:
@@ -99,8 +68,6 @@ def _read_by(arguments: argparse.Namespace) -> Iterator[Path]:
     yield from (split_name(given[name])[0] for name in READ if name in given)
     for source in [*given.get("sources", ()), *(given[name] for name in ("source", "session") if name in given)]:
         yield from files_of_session(Path(source)) if is_session(Path(source)) else files_of(source)
-    if "folder" in given:
-        yield from files_below(given["folder"])
     for session in given["sessions"].glob("*") if "sessions" in given else ():
         yield from files_of_session(session)
 
@@ -314,10 +281,3 @@ class OneLine(logging.Formatter):
     def format(self, record: logging.LogRecord) -> str:
         """Return the line of an event, a traceback included, without its end."""
         return printable(without_secrets(super().format(record)))
-
-
-def without_secrets(text: str) -> str:
-    """Text in which tokens, passwords and cookies are replaced by ``***``."""
-    for pattern, replacement in _SECRETS:
-        text = pattern.sub(replacement, text)
-    return text

@@ -12,8 +12,8 @@ from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, p
 from dockpose.app.commands.output import open_lines, write_line
 from dockpose.app.drawing.numbers import chance, number, pose_cells
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.pictures import Batch, Picture, expand, known
-from dockpose.app.inputs.sequences import FrameSource, typed
+from dockpose.app.inputs.pictures import Batch, Picture, known
+from dockpose.app.inputs.sequences import FrameSource, resolve
 from dockpose.app.processing.comparison import compare
 from dockpose.files import FileError
 from dockpose.pose.known import KnownPose, pose_error
@@ -28,16 +28,16 @@ _HEAD = ("method", "level", "groups", "on ring", "z cm", "theta x", "theta y", "
 def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose compare``; prints a table of each picture unless a file is asked for. Returns the exit status."""
     settings, camera, dock = Settings(masks=masks_of(arguments)), camera_of(arguments), dock_of(arguments)
-    recorded = [source for source in arguments.sources if kind_of(source) in (Kind.BAG, Kind.PAGES)]
-    paths = expand([source for source in arguments.sources if source not in recorded])
-    batch = Batch(paths, camera, dock, say, arguments.rotate)
-    bags = [typed(source, camera, dock, topic=arguments.topic, rotate_deg=arguments.rotate) for source in recorded]
+    live = next((source for source in arguments.sources if kind_of(source) in (Kind.CAMERA, Kind.STREAM)), None)
+    if live is not None:
+        raise UserError(f"{live}: does not end; compare takes pictures and recordings, and estimate --record makes one")
+    parts = resolve(arguments.sources, camera, dock, say, topic=arguments.topic, rotate_deg=arguments.rotate)
 
     def work(picture: Picture) -> dict[str, Estimate]:
         return compare(picture.image, picture.camera, picture.dock, settings)
 
     with contextlib.ExitStack() as files:
-        json_file = open_lines(arguments.json, files)
+        json_file = open_lines(arguments.json, "--json", files)
 
         def write(picture: Picture, found: Mapping[str, Estimate], frame: int = 0, label: str = "") -> None:
             if json_file is not None:
@@ -46,26 +46,32 @@ def run(arguments: argparse.Namespace) -> int:
                 truth = _truth(picture.path, arguments.rotate)
                 put(*table(f"{picture.path}{label and f' {label}'}", found, truth).split("\n"))
 
-        for picture, found in batch.run(work):
-            write(picture, found)
-        for bag in bags:
-            _compare_frames(bag, batch, lambda one, frame: write(one, work(one), frame, f"frame_{frame + 1:04d}"))
-    return EXIT_ALL_READ if batch.all_read else EXIT_SOME_UNREADABLE
+        all_read = all(part is not None for part in parts)
+        for part in parts:
+            if isinstance(part, Batch):
+                for picture, found in part.run(work):
+                    write(picture, found)
+                all_read &= part.left_out == 0
+            elif part is not None:
+                all_read &= _compare_frames(
+                    part, lambda one, frame: write(one, work(one), frame, f"frame_{frame + 1:04d}")
+                )
+    return EXIT_ALL_READ if all_read else EXIT_SOME_UNREADABLE
 
 
-def _compare_frames(source: FrameSource, batch: Batch, work: Callable[[Picture, int], None]) -> None:
-    """Compare on each frame of a sequence, given with its index; what cannot be read is reported to the batch."""
+def _compare_frames(source: FrameSource, work: Callable[[Picture, int], None]) -> bool:
+    """Compare on each frame of a sequence, given with its index; whether all could be read."""
     try:
         with source.open(say) as frames:
             camera, dock = known(source.name, frames.camera, frames.dock)
             for frame in frames:
-                work(Picture(Path(source.source), frame.image, "", camera, dock), frame.index)
-            if frames.skipped or frames.is_cut_short:
-                batch.all_read = False
+                work(Picture(Path(frame.name), frame.image, "", camera, dock), frame.index)
+            return not (frames.skipped or frames.is_cut_short)
     except UserError:
         raise
     except ValueError as error:
-        batch.skip(str(error) if source.source in str(error) else f"{source.source}: {error}")
+        say(str(error) if source.name in str(error) else f"{source.name}: {error}")
+        return False
 
 
 def to_line(picture: Picture, found: Mapping[str, Estimate], frame: int = 0) -> dict[str, Any]:

@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose doctor``; returns the exit status, which is 1 where something is broken."""
     broken = 0
     with contextlib.ExitStack() as files:
-        lines = open_lines(arguments.json, files)
+        lines = open_lines(arguments.json, "--json", files)
         for finding in findings():
             broken += finding.state == BROKEN
             if lines is not None:

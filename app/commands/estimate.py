@@ -14,10 +14,11 @@ from dockpose.app.commands import arguments as given
 from dockpose.app.commands import console
 from dockpose.app.commands.output import ResultWriter
 from dockpose.app.drawing.numbers import count
-from dockpose.app.errors import UserError, blaming
+from dockpose.app.errors import UserError, blaming, check_place
 from dockpose.app.export.recordings.ros import ENDING as MCAP_ENDING
 from dockpose.app.export.recordings.ros import Seen
-from dockpose.app.inputs.pictures import Batch, Picture
+from dockpose.app.inputs.pictures import Batch, Picture, UnknownError
+from dockpose.app.inputs.received import safe_name
 from dockpose.app.inputs.sequences import FrameSource, resolve
 from dockpose.app.processing.masks import AutoMasks
 from dockpose.app.resources import versions
@@ -35,7 +36,7 @@ KNOWN = {"method": {"choices": METHODS}, "words": {"least_px": Settings().min_ar
 # What does not go with --session.
 _OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock", "vehicle")
 _OWN += ("camera_size",)
-_WRITTEN = ("json", "csv", "annotate", "out", "record")
+_WRITTEN = ("json", "csv", "tum", "annotate", "out", "record")
 _MOST_NUMBERS = 4  # of a row that are listed one by one
 
 
@@ -56,8 +57,9 @@ def run(arguments: argparse.Namespace) -> int:
 
         if is_video_file(arguments.annotate):
             raise UserError(f"--annotate {arguments.annotate}: a video is made of one sequence; give a folder instead")
-    if arguments.out is not None and len(parts) != 1:
-        raise UserError(f"{arguments.out}: takes one source, since its times are those of one")
+    for option, path in (("--out", arguments.out), ("--tum", arguments.tum)):
+        if path is not None and len(parts) != 1:
+            raise UserError(f"{option} {path}: takes one source, since its times are those of one")
     return _estimate(parts, settings, arguments)
 
 
@@ -69,6 +71,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UserError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
     if arguments.out is not None and arguments.out.suffix.lower() != MCAP_ENDING:
         raise UserError(f"--out {arguments.out}: must be NAME{MCAP_ENDING}")
+    if arguments.out is not None:
+        check_place(arguments.out, "--out", in_place=True)
     if arguments.record is not None:
         given.check_recording(arguments.record, arguments.sources)
 
@@ -82,22 +86,30 @@ def _estimate(parts: Sequence[Batch | FrameSource | None], settings: Settings, h
             for number, part in enumerate(parts, 1):
                 if isinstance(part, Batch):
                     _estimate_pictures(part, settings, how, results, files)
-                    all_read &= part.all_read
+                    results.left_out += part.left_out
+                    all_read &= part.left_out == 0
                 elif part is None:
+                    results.left_out += 1
                     all_read = False
                 else:
                     all_read &= _try_sequence(part, settings, how, results, number if len(parts) > 1 else None)
         except (KeyboardInterrupt, SystemError) as error:
             stopped = console.stop_in(error)
             console.say(f"stopped after {count(results.frames, 'frame')}, whose results are kept")
+            results.put_sum("frames")
             return console.status_of(stopped)
-    if all(isinstance(part, Batch) for part in parts):
-        results.put_sum()
+    results.put_sum("frames" if any(isinstance(part, FrameSource) for part in parts) else "pictures")
+    untimed = 0 if results.tum is None else results.tum.without_time
+    if untimed:
+        console.say(
+            f"--tum {how.tum}: {count(untimed, 'pose')} without a time left out; --rate HZ gives pictures times"
+        )
     if results.failures:
         console.say(
             f"on {count(len(results.failures), 'frame')} the threshold method failed; first: {results.failures[0]}"
         )
-    return console.EXIT_ALL_READ if all_read and not results.failures else console.EXIT_SOME_UNREADABLE
+    is_whole = all_read and not results.failures and not untimed
+    return console.EXIT_ALL_READ if is_whole else console.EXIT_SOME_UNREADABLE
 
 
 def _try_sequence(
@@ -108,13 +120,18 @@ def _try_sequence(
 
     folder = how.annotate
     if folder is not None and number is not None:
-        folder = folder / f"{number}_{Path(source.source).stem}"
+        folder = folder / f"{number}_{safe_name(Path(source.name).resolve().stem)}"
     try:
         return estimate_sequence(source, settings, how, results, folder)
+    except UnknownError as error:
+        if number is None:
+            raise
+        console.say(str(error))
+        return False
     except UserError:
         raise
     except ValueError as error:
-        console.say(str(error) if source.source in str(error) else f"{source.source}: {error}")
+        console.say(str(error) if source.name in str(error) else f"{source.name}: {error}")
         return False
 
 
@@ -198,7 +215,7 @@ def replay_session(folder: Path) -> int:
     rest += f", {unreadable} cannot be read" if unreadable else ""
     rest += f", {followed} followed from frames before, not searched again" if followed else ""
     console.put(f"{folder}: {same} of {len(record.rows)} rows give the same numbers{rest}.")
-    return console.EXIT_SOME_UNREADABLE if unreadable else console.EXIT_ALL_READ
+    return console.EXIT_SOME_UNREADABLE if changed or unreadable else console.EXIT_ALL_READ
 
 
 def _replayed(record: "SessionRecord", row: "Row") -> str:

@@ -39,7 +39,7 @@ def estimate_sequence(
         cv2.setNumThreads(1)
         from dockpose.app.commands.progress import FrameProgress  # loads rich, which single pictures need not
 
-        progress = files.enter_context(FrameProgress(source.source))
+        progress = files.enter_context(FrameProgress(source.name))
         is_grey = source.dock is None or not source.dock.colours
         frames = files.enter_context(source.open(progress.tell, grey=is_grey))
         progress.total = frames.count
@@ -51,11 +51,13 @@ def estimate_sequence(
             if recording is not None:
                 files.callback(recording.close)
         elif how.record is not None:
-            progress.tell(f"{source.source}: is a recording already, so that --record {how.record} records nothing")
+            progress.tell(f"{frames.source}: is a recording already, so that --record {how.record} records nothing")
         autopilot = _begin_mavlink(frames, how, progress.tell, files)
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(frames, results, folder, files)
         bag = results.bag(source.name, files, progress.tell)
+        before = results.frames
+        files.callback(lambda: results.miss(frames.skipped + run.skipped, frames.dropped))
         for found, followed in run:
             tracked = followed.tracked
             if autopilot is not None and run.last is not None:
@@ -68,7 +70,10 @@ def estimate_sequence(
             keep = functools.partial(write_picture, found.index, found.time_s)
             results.write(line, f"{found.label}{time}", seen, read, keep, bag)
             progress.step(frames.dropped)
-        if recording is not None and recording.has_failed:
+        if results.frames == before and not run.skipped + frames.skipped:
+            progress.tell(f"{frames.source}: has no frames")
+            return False
+        if how.record is not None and (recording is None or not recording.is_whole()):
             return False
         return frames.is_live or not (run.skipped or frames.skipped or frames.is_cut_short)
 

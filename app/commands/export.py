@@ -6,13 +6,14 @@ from pathlib import Path
 
 from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import camera_of, dock_of
-from dockpose.app.commands.console import EXIT_ALL_READ, put, say
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
 from dockpose.app.drawing.annotated import DRAWN, LAYERS, check_layers
 from dockpose.app.errors import UserError, blaming, check_folder, writing
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.record import is_session
 from dockpose.app.inputs.pictures import camera_and_dock
 from dockpose.files import write_whole
+from dockpose.sources.bags.storage import check_regular
 
 _LINES_ENDINGS = (".jsonl", ".ndjson", ".json")
 KNOWN = {"layers": {"default": ",".join(DRAWN)}, "words": {"layers": ", ".join(LAYERS)}}
@@ -27,7 +28,10 @@ def run(arguments: argparse.Namespace) -> int:
     check_folder(out if not out.suffix or out.is_dir() else out.parent, f"--out {out}")
     from dockpose.app.export.bundle import to_zip  # what draws takes a while to import
 
-    files = _files(arguments.source, camera, dock, chosen, arguments.rotate)
+    faults: list[str] = []
+    files = _files(arguments.source, camera, dock, chosen, arguments.rotate, faults.append)
+    for fault in faults:
+        say(fault)
     if not out.suffix or out.is_dir():
         for name in files:
             arguments.protected.check(f"--out {out}: its {name}", out / name)
@@ -43,11 +47,16 @@ def run(arguments: argparse.Namespace) -> int:
             endings = sorted({Path(name).suffix for name in files} | {".zip"})
             raise UserError(f"--out {out}: of this source there is no {out.suffix}; there are {', '.join(endings)}")
         _write(out, files[name]())
-    return EXIT_ALL_READ
+    return EXIT_SOME_UNREADABLE if faults else EXIT_ALL_READ
 
 
 def _files(
-    source: Path, camera: Camera | None, dock: Dock | None, layers: Collection[str], rotate_deg: int
+    source: Path,
+    camera: Camera | None,
+    dock: Dock | None,
+    layers: Collection[str],
+    rotate_deg: int,
+    lack: Callable[[str], None],
 ) -> dict[str, Callable[[], bytes]]:
     from dockpose.app.export.bundle import picture_files, sequence_files, session_files
     from dockpose.app.processing.analysis import analyse
@@ -58,16 +67,17 @@ def _files(
     if is_session(source):
         return session_files(read_session(source))
     if source.suffix.lower() in _LINES_ENDINGS:
-        return sequence_files(source)
+        return sequence_files(source, lack)
     if source.is_dir():
         raise UserError(f"{source}: is a folder, but not a session; it has no file session.yaml")
+    check_regular(str(source))
     if source.is_file():  # else it is reported when it is opened
         camera, dock = camera_and_dock(source, camera, dock)
     view = open_source(str(source), camera, dock, rotate_deg=rotate_deg)
     if view.note:
         say(view.note)
     if "truth" in layers and view.truth is None:
-        say(f"{source}: no truth is known of it, so that none is drawn")
+        lack(f"{source}: no truth is known of it, so that none is drawn")
     return picture_files(analyse(view), layers=layers, sha256=view.sha256)
 
 

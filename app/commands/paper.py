@@ -32,7 +32,7 @@ def run_budget(arguments: argparse.Namespace) -> int:
     assert dock is not None
     ranges_m, tilts_deg = _numbers("--ranges", arguments.ranges), _numbers("--tilts", arguments.tilts)
     with contextlib.ExitStack() as files:
-        file = open_lines(arguments.csv, files)
+        file = open_lines(arguments.csv, "--csv", files)
         with blaming("no error budget: "):
             rows = []
             for place in itertools.product(ranges_m or usual_ranges_m(camera, dock), tilts_deg or TILTS_DEG):

@@ -101,7 +101,7 @@ def _begin(
     """Write the scene, and open the table of the truth, and what takes the pictures."""
     if not is_video_file(out):
         out.mkdir(parents=True, exist_ok=True)
-    lines = LineFile(str(table), f"--out {table}")
+    lines = LineFile(str(table), "--out")
     if is_video_file(out):
         files.callback(_remove_without, out, (table, scene))
     files.callback(lines.close)

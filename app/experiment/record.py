@@ -153,6 +153,8 @@ def rows_from_csv(text: str) -> list[Row]:
         number = line.get("number")
         if None in line:
             raise ValueError(f"row {number} has more cells than columns")
+        if None in line.values():
+            raise ValueError(f"row {number} has fewer cells than columns; the file is cut short, or was edited")
         try:
             kept = {name: value for name, value in line.items() if value or name in _TEXTS}
             rows.append(msgspec.convert(kept, Row, strict=False))

@@ -19,8 +19,8 @@ import yaml
 from dockpose import Estimate
 from dockpose.app.errors import UserError, why
 from dockpose.app.experiment import record as files
+from dockpose.app.experiment.lock import LOCK, FolderLock, InUseError
 from dockpose.app.experiment.record import Row, checked_edit, clean_text, estimate_values, is_session
-from dockpose.app.inputs.protected import LOCK, FolderLock, InUseError
 from dockpose.app.inputs.received import below, safe_name
 from dockpose.app.resources import versions, with_versions
 from dockpose.files import FileError, remove, remove_temporaries, sync_folder, write_whole

@@ -74,9 +74,9 @@ def session_files(record: SessionRecord) -> Files:
     }
 
 
-def sequence_files(path: Path) -> Files:
-    """Return report, table and plot of a file of JSON lines. Raises FileError as :func:`read_lines` does."""
-    lines = read_lines(path)
+def sequence_files(path: Path, tell: Callable[[str], None]) -> Files:
+    """Return report, table and plot of a file of JSON lines. Says and raises what :func:`read_lines` does."""
+    lines = read_lines(path, tell)
     return {
         "report.html": lambda: report.sequence_report(path, lines).encode(),
         "results.csv": lambda: data.to_csv(lines),
@@ -99,8 +99,8 @@ def bundle_name(source: str, ending: str = ".zip") -> str:
     return f"dockpose_{safe_name(last, ending)}"
 
 
-def read_lines(path: Path) -> list[dict[str, Any]]:
-    """Read lines of schema 1 as ``estimate --json`` writes them; a truncated last one of several is skipped."""
+def read_lines(path: Path, tell: Callable[[str], None] = lambda text: None) -> list[dict[str, Any]]:
+    """Read lines of schema 1 as ``estimate --json`` writes them; ``tell`` hears of a last one that is cut short."""
     content = read_small(path, _MOST_BYTES)
     pieces = content.splitlines()
     lines = []
@@ -112,6 +112,7 @@ def read_lines(path: Path) -> list[dict[str, Any]]:
             msgspec.convert(line, _Line)
         except (ValueError, RecursionError) as error:
             if number == len(pieces) > 1 and not content.endswith(b"\n"):
+                tell(f"{path}: line {number}, the last, is cut short and left out")
                 break
             raise FileError(f"{path}: line {number} does not follow schema {SCHEMA} ({error})") from error
         lines.append(line)

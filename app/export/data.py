@@ -33,6 +33,9 @@ if TYPE_CHECKING:
     from dockpose.app.processing.analysis import Analysis
 
 
+_TURN = ("qx", "qy", "qz", "qw")
+
+
 def _keys(before: str, path: str, *keys: str) -> dict[str, str]:
     """Columns for values below a path, called as they are there."""
     return {f"{before}{key}": f"{path}{key}" for key in keys}
@@ -45,6 +48,10 @@ def _list(before: str, path: str, columns: Sequence[str]) -> dict[str, str]:
 
 def _pose(name: str, path: str) -> dict[str, str]:
     return _list(f"{name}_", f"{path}/position_m", SI_COLUMNS[:3]) | _keys(f"{name}_", f"{path}/", *SI_COLUMNS[3:])
+
+
+def _whole_pose(name: str) -> dict[str, str]:
+    return _pose(name, name) | _list(f"{name}_", f"{name}/quaternion_xyzw", _TURN)
 
 
 def _sigmas(name: str, sigma: str, columns: Sequence[str]) -> dict[str, str]:
@@ -65,17 +72,17 @@ _COLUMNS = {
     **_pose("b", "candidates/1"),
     **_keys("b_", "candidates/1/", "probability", "rms_px"),
     **_keys("track_", "track/", "probability", "age", "predicted", "lost"),
-    **_keys("", "", "elapsed_ms", "message"),
-    **dict(chain(*((_pose(name, name) | _sigmas(name, "sigma", SIGMA_COLUMNS)).items() for name in _POSES))),
+    "elapsed_ms": "elapsed_ms",
+    **dict(chain(*((_whole_pose(name) | _sigmas(name, "sigma", SIGMA_COLUMNS)).items() for name in _POSES))),
     **dict(chain(*(_sigmas(name, "sigma_total", TOTAL_COLUMNS).items() for name in _POSES))),
     "vehicle_frame": "vehicle/frame",
     **_list("vehicle_", "vehicle/position_m", SI_COLUMNS[:3]),
-    **_list("vehicle_", "vehicle/quaternion_xyzw", ("qx", "qy", "qz", "qw")),
+    **_list("vehicle_", "vehicle/quaternion_xyzw", _TURN),
     **_list("vehicle_", "vehicle/sigma_total_position_m", TOTAL_COLUMNS[:3]),
     **_keys("guidance_", "guidance/", "along_m", "across_m", "above_m", "yaw_off_deg", "pitch_off_deg"),
     **_keys("guidance_", "guidance/", "off_axis_deg", "inside_cone", "target"),
     **_list("guidance_target_", "guidance/target_m", SI_COLUMNS[:3]),
-    **{"track_number": "track/number", "found_by": "found_by"},
+    **{"track_number": "track/number", "found_by": "found_by", "message": "message"},
 }
 CSV_COLUMNS = tuple(_COLUMNS)
 CSV_HEAD = (

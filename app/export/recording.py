@@ -93,6 +93,11 @@ class Recording:
                 with contextlib.suppress(OSError):
                     path.unlink()
 
+    def is_whole(self) -> bool:
+        """Finish the file, and tell whether every frame is in it."""
+        self.close()
+        return self.frames > 0 and not (self.missing or self.has_failed)
+
     def summary(self) -> str:
         """How much was recorded, in words."""
         where = " and ".join(map(str, self._paths or [self.path]))

@@ -13,10 +13,15 @@ from dockpose.camera.image import orientation_sentence, turned
 from dockpose.files import FileError, to_yaml, write_whole
 from dockpose.pose.known import KnownPose
 from dockpose.sidecar import read_sidecar, sample_path
-from dockpose.sources import Frame, list_pictures
+from dockpose.sources import Frame, SourceError, list_pictures
 from dockpose.sources.pictures import read_tagged
+from dockpose.text import InputError
 
 Result = TypeVar("Result")
+
+
+class UnknownError(UserError):
+    """Nothing says which camera, or how large a dock, belongs to a picture or to frames."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,25 +60,33 @@ class PictureFile:
 
 
 class Batch:
-    """Pictures that do not belong together, in order."""
+    """Pictures that do not belong together, in order; the error of the first is raised where none can be had."""
 
     def __init__(
         self,
-        paths: Sequence[Path],
+        sources: Sequence[str],
         camera: Camera | None,
         dock: Dock | None,
         report: Callable[[str], None],
         rotate_deg: int = 0,
     ) -> None:
-        self._report, self.all_read = report, True
+        self._report, self.left_out = report, 0
         self._told_tags: set[int] = set()
-        files: list[PictureFile] = []
-        for path in paths:
+        files, refused = list[PictureFile](), list[InputError]()
+        for source in sources:
             try:
-                own_camera, own_dock = camera_and_dock(path, camera, dock)
-                files.append(PictureFile(path, own_camera.rotated(rotate_deg), own_dock, rotate_deg))
-            except FileError as error:
-                self.skip(str(error))
+                for path in list_pictures(source):
+                    try:
+                        own_camera, own_dock = camera_and_dock(path, camera, dock)
+                        files.append(PictureFile(path, own_camera.rotated(rotate_deg), own_dock, rotate_deg))
+                    except InputError as error:
+                        refused.append(error)
+            except SourceError as error:
+                refused.append(error)
+        if not files and refused and not isinstance(refused[0], FileError):  # an argument is wrong or missing
+            raise refused[0]
+        for error in refused:
+            self.skip(str(error))
         self.files = tuple(files)
 
     def run(self, work: Callable[[Picture], Result]) -> Iterator[tuple[Picture, Result]]:
@@ -96,7 +109,7 @@ class Batch:
 
     def skip(self, text: str) -> None:
         """Report why a picture could not be read."""
-        self.all_read = False
+        self.left_out += 1
         self._report(text)
 
 
@@ -125,11 +138,11 @@ def camera_and_dock(path: Path, camera: Camera | None, dock: Dock | None) -> tup
 
 
 def known(name: str, camera: Camera | None, dock: Dock | None, hint: str = "") -> tuple[Camera, Dock]:
-    """Return the camera and the dock, and ask for what is missing: a UserError, about ``name``."""
+    """Return the camera and the dock, and ask for what is missing, about ``name``."""
     if camera is None:
-        raise UserError(f"{name}: which camera? Give --camera C.yaml{hint}")
+        raise UnknownError(f"{name}: which camera? Give --camera C.yaml{hint}")
     if dock is None:
-        raise UserError(f"{name}: how large is the dock? Give --dock-diameter in metres{hint}")
+        raise UnknownError(f"{name}: how large is the dock? Give --dock-diameter in metres{hint}")
     return camera, dock
 
 

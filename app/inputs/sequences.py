@@ -17,6 +17,7 @@ from dockpose.app.inputs.received import below, folders_below, pictures_in, vide
 from dockpose.files import FileError
 from dockpose.sidecar import read_sidecar
 from dockpose.sources import Callback, CaptureSettings, Frames, Kind, SourceError
+from dockpose.text import InputError, public
 
 if TYPE_CHECKING:
     from dockpose.simulate import FilmPlan, Scene
@@ -183,7 +184,7 @@ def of_size(capture: CaptureSettings, camera: Camera | None) -> CaptureSettings:
 
 def _live_name(source: str) -> str:
     number = sources.camera_number(source)
-    return source if number is None else f"camera {number}"
+    return public(source) if number is None else f"camera {number}"
 
 
 def _with_sidecar(source: FrameSource, path: Path) -> FrameSource:
@@ -224,22 +225,27 @@ def resolve(
     topic: str | None = None,
     rotate_deg: int = 0,
 ) -> list[Batch | FrameSource | None]:
-    """Pictures in a row make one Batch; with a rate a sequence, those typed one by one, or each folder or glob."""
-    groups = [
-        (group, expand(group) if sources.kind_of(group[0]) in _OF_PICTURES else []) for group in _groups(words, rate_hz)
-    ]
+    """Pictures in a row make one Batch; with a rate a sequence, those typed one by one, or each folder or glob.
+
+    What cannot be had is None, and ``report`` hears why; where an argument is wrong for all of them, that is raised.
+    """
     found: list[Batch | FrameSource | None] = []
-    for group, paths in groups:
+    refused: list[InputError] = []
+    for group in _groups(words, rate_hz):
+        is_pictures = sources.kind_of(group[0]) in _OF_PICTURES
         try:
-            is_batch = paths and rate_hz is None
-            found.append(
-                Batch(paths, camera, dock, report, rotate_deg)
-                if is_batch
-                else typed(group[0], camera, dock, paths, rate_hz, topic, rotate_deg)
-            )
-        except FileError as error:
-            report(str(error))
+            if is_pictures and rate_hz is None:
+                found.append(Batch(group, camera, dock, report, rotate_deg))
+            else:
+                paths = expand(group) if is_pictures else []
+                found.append(typed(group[0], camera, dock, paths, rate_hz, topic, rotate_deg))
+        except InputError as error:
+            refused.append(error)
             found.append(None)
+    if refused and not any(found) and not isinstance(refused[0], FileError):
+        raise refused[0]
+    for error in refused:
+        report(str(error))
     return found
 
 

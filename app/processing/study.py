@@ -15,8 +15,8 @@ from typing import Any
 import cv2
 import dockpose
 from dockpose.app.errors import UserError, writing
+from dockpose.app.experiment.lock import FolderLock, InUseError
 from dockpose.app.experiment.record import csv_text
-from dockpose.app.inputs.protected import FolderLock, InUseError
 from dockpose.app.processing.parallel import workers
 from dockpose.app.resources import versions
 from dockpose.files import remove_temporaries, sync_folder, write_whole

@@ -14,7 +14,7 @@ from dockpose.camera.camera import Camera
 from dockpose.camera.image import orientation_sentence, turned
 from dockpose.checks import check_turn
 from dockpose.dock import Dock
-from dockpose.text import InputError
+from dockpose.text import InputError, public
 
 __all__ = ["Frame", "Frames", "SourceError"]
 
@@ -72,7 +72,7 @@ class Frames(abc.ABC):
     Attributes
     ----------
     source : str
-        The source as it was given.
+        The source as it was given, less a password in an address.
     is_live : bool
         Whether frames arrive in real time, without an end; otherwise it is a recording.
     count : int or None
@@ -101,7 +101,7 @@ class Frames(abc.ABC):
     dock: Dock | None = None
 
     def __init__(self, source: str, tell: Callback | None = None) -> None:
-        self.source = source
+        self.source, self._address = public(source), source  # what people see, and what is opened
         self.camera_notes: list[str] = []
         self.skipped = 0
         self.is_cut_short = False

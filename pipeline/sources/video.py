@@ -85,7 +85,7 @@ class Video(Frames):
         start = max(0, start)
         if start >= stop:
             return
-        decoder = _Decoder(self.source, self._order)
+        decoder = _Decoder(self._address, self._order)
         expected, missing = start, list[range]()
         try:
             found = decoder.go_to(start)
@@ -105,7 +105,7 @@ class Video(Frames):
     def at(self, index: int) -> Frame:
         """Return one frame; frames a little ahead of the last one are reached by reading on."""
         if self._kept is None:
-            self._kept = _Decoder(self.source, self._order)
+            self._kept = _Decoder(self._address, self._order)
         found = self._kept.go_to(index) if index >= 0 else None
         if found is None or found[0] != index:
             raise SourceError(f"{self.source}: frame {index} of {self.count} is not there or corrupt")

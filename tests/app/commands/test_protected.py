@@ -1,4 +1,4 @@
-"""No output takes the place of an input, of another output, of what another program writes, or of what is read-only."""
+"""No output takes the place of an input, of another output, or of what is read-only."""
 
 import errno
 import os
@@ -15,7 +15,6 @@ from dockpose.sidecar import sample_path, sample_source
 from dockpose.simulate import Approach, FilmPlan, save_sequence
 from dockpose.simulate.files import TRUTH_COLUMNS
 
-from tests.support.forked import forked
 from tests.support.scenes import CAMERA, random_scene
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="links need rights there, and folders have no such mode")
@@ -65,7 +64,8 @@ REFUSED = [
     ("study --scenes 1 --seed 1 --out new --log-file new", "--log-file new", "what --out writes"),
     ("reproduce --out new --log-file new", "--log-file new", "what --out writes"),
     ("serve tilted.png --log-file tilted.png", "--log-file tilted.png", "input tilted.png"),
-    ("serve --folder . --log-file boards/a.png", "--log-file boards/a.png", "input boards/a.png"),
+    ("estimate tilted.png --tum tilted.yaml", "--tum tilted.yaml", "input tilted.yaml"),
+    ("estimate tilted.png --tum a --csv here/a", "--tum a", "what --csv writes"),
     ("serve --sessions . --log-file session/session.yaml", "--log-file session/session.yaml", "input session/session"),
     ("ros --camera cam.yaml --dock-diameter 0.3 --log-file cam.yaml", "--log-file cam.yaml", "input cam.yaml"),
     ("doctor --json new --log-file new", "--log-file new", "what --json writes"),
@@ -151,32 +151,6 @@ def test_pictures_of_one_name_from_several_sources_are_all_kept(made, tmp_path, 
         *(f"tilted-{number}.png" for number in (2, 3, 4)),
         "tilted.png",
     ]
-
-
-def test_what_another_program_writes_is_refused_until_it_is_done(made, tmp_path, monkeypatch, refusal):
-    monkeypatch.chdir(tmp_path)
-    for name in ("log", "table"):
-        os.mkfifo(name)
-    picture = str(made / "tilted.png")
-    paths = [
-        f"--{option}={tmp_path / name}" for option, name in (("json", "a.jsonl"), ("log-file", "log"), ("csv", "table"))
-    ]
-    program = forked().Process(target=main, args=(["estimate", picture, *paths],))
-    program.start()
-    try:
-        with open("log", "rb") as log:  # which waits until the other program has come so far
-            sentence = refusal("estimate", picture, "--json", "./a.jsonl")
-            assert sentence.startswith("dockpose: --json ./a.jsonl: another program is writing it")
-            assert main(["estimate", picture, "--json", "b.jsonl"]) == 0
-            with open("table", "rb") as table:  # for which the other program waits
-                assert table.read().count(b"\n") == 2
-            assert b"ends with status 0" in log.read()
-    finally:
-        program.join(60)
-        program.kill()
-        program.join()
-    assert (tmp_path / "a.jsonl").read_bytes().count(b"\n") == 1
-    assert main(["estimate", picture, "--json", "a.jsonl"]) == 0
 
 
 PLAIN = sample_source("plain")

@@ -141,7 +141,7 @@ def test_a_read_only_folder_is_said_at_once(tmp_path, monkeypatch):
         def refuse(*_):
             raise PermissionError(errno.EACCES, "Permission denied")
 
-        monkeypatch.setattr("dockpose.app.inputs.protected.os.open", refuse)
+        monkeypatch.setattr("dockpose.app.experiment.lock.os.open", refuse)
     with pytest.raises(SessionError, match=r"cannot be reopened: it may not be written to \(read-only"):
         Session.open(tmp_path / "tank")
     (tmp_path / "tank").chmod(0o755)

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.protected import FolderLock
+from dockpose.app.experiment.lock import FolderLock
 from dockpose.app.processing import study as module
 from dockpose.app.processing.study import Study
 from dockpose.study.judge import methods

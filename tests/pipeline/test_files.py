@@ -4,7 +4,7 @@ import os
 import time
 
 import pytest
-from dockpose.files import MOST_BYTES, FileError, GrowingFile, parse_yaml, read_small, read_yaml
+from dockpose.files import MOST_BYTES, FileError, GrowingFile, parse_yaml, read_small, read_yaml, write_whole
 
 REPEATED = "a: &a {x: 1}\n" + "".join(
     f"b{i}: &b{i} {{<<: [*{before}, *{before}]}}\n" for i, before in enumerate(["a", *(f"b{i}" for i in range(24))])
@@ -95,3 +95,19 @@ def test_a_growing_file_of_which_nothing_is_whole_goes(tmp_path):
     file.write(b"hal")
     assert "nothing" in file.cut()
     assert not file.path.exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="files have no such modes there")
+def test_what_is_replaced_keeps_its_mode_and_what_is_new_follows_the_umask(tmp_path):
+    (tmp_path / "secret").write_bytes(b"old")
+    (tmp_path / "secret").chmod(0o600)
+    (tmp_path / "link").symlink_to("secret")
+    before = os.umask(0o027)
+    try:
+        for name in ("secret", "link", "new"):
+            write_whole(tmp_path / name, name.encode())
+    finally:
+        os.umask(before)
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "secret").read_bytes() == b"link"
+    assert [(tmp_path / name).stat().st_mode & 0o777 for name in ("secret", "new")] == [0o600, 0o640]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from dockpose import Camera
 from dockpose.app.cli import COMMANDS, _parser, main
-from dockpose.app.commands.arguments import camera_of, logged, metres, without_secrets
+from dockpose.app.commands.arguments import camera_of, logged, metres
 from dockpose.app.commands.console import say
 from dockpose.app.errors import UserError
 from dockpose.camera.files import save_camera
@@ -56,6 +56,8 @@ def test_what_no_camera_can_be_asked_for_is_refused(command, words, sentence, re
     assert sentence in refusal(command, *words)
 
 
+from dockpose.text import without_secrets
+
 LINE = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z (DEBUG|INFO|WARNING|ERROR) dockpose(\.\w+)*: .+")
 
 
@@ -89,6 +91,11 @@ def test_events_are_one_line_each_without_secrets(tmp_path):
         ("?a=1&view_token=abc&b=2", "?a=1&view_token=***&b=2"),
         ("rtsp://me:word@host:554/x", "rtsp://***@host:554/x"),
         ("http://host/a@b", "http://host/a@b"),
+        ("http://host:80/a@b", "http://host:80/a@b"),
+        ("rtsp://me:w@r/d@host/x", "rtsp://***@host/x"),
+        ("rtsp://host/user=me_password=word_channel=1", "rtsp://host/user=me_password=***"),
+        ("http://host/v.cgi?loginuse=me&loginpas=word&n=1", "http://host/v.cgi?loginuse=me&loginpas=***&n=1"),
+        ("http://host/v?user=me&pwd=word", "http://host/v?user=me&pwd=***"),
         ("the key is wrong", "the key is wrong"),
     ],
 )
@@ -112,11 +119,11 @@ def test_every_command_has_them_and_tells_how_it_ended(tmp_path, capsys):
             main([command, "--help"])
         assert "--log-file" in capsys.readouterr().out, command
     path = tmp_path / "events.log"
-    assert main(["export", "nowhere.png", "--out", str(tmp_path / "x.csv"), "--log-file", str(path)]) == 2
+    assert main(["export", "nowhere.png", "--out", str(tmp_path / "x.csv"), "--log-file", str(path)]) == 1
     told = [line.split(" ", 1)[1] for line in path.read_text(encoding="utf-8").splitlines()]
     assert told[0].startswith("INFO dockpose: export begins")
     assert told[1].startswith("ERROR dockpose: nowhere.png")
-    assert told[2] == "INFO dockpose: export ends with status 2"
+    assert told[2] == "INFO dockpose: export ends with status 1"
 
 
 def test_a_camera_file_without_a_size_is_for_the_first_picture_or_the_size_that_is_given(tmp_path, capsys):

@@ -4,6 +4,7 @@
 import csv
 import hashlib
 import json
+import shutil
 from pathlib import Path
 
 import cv2
@@ -255,3 +256,40 @@ def test_a_wrong_vehicle_file_is_named(tmp_path, capsys):
     assert main(["estimate", "plain", "--vehicle", str(tmp_path / "v.yaml")]) == 2
     assert "--vehicle: " in (told := capsys.readouterr().err)
     assert "unknown field `pitch`" in told
+
+
+def test_a_picture_without_a_camera_is_named_and_the_others_are_done(tank, capsys):
+    cv2.imwrite("bare.png", np.zeros((480, 640), np.uint8))
+    assert main(["estimate", "s1.png", "bare.png", "none*.png", "s2.png"]) == 1
+    told = capsys.readouterr()
+    assert told.out.splitlines()[-1] == "2 of 4 pictures show a dock; 2 left out"
+    assert "bare.png: which camera? Give --camera C.yaml" in told.err
+    assert "none*.png: no file matches" in told.err
+    assert main(["estimate", "bare.png"]) == 2
+
+
+def test_what_is_there_stays_where_no_source_can_be_read(tank):
+    names = {"--json": "o.jsonl", "--csv": "o.csv", "--tum": "o.tum", "--out": "o.mcap"}
+    for name in names.values():
+        (tank / name).write_bytes(b"of yesterday")
+    outputs = [word for pair in names.items() for word in pair]
+    for source, status in (("gone.png", 1), ("words.png", 1), ("gone.mp4", 1), ("none*.png", 2)):
+        assert main(["estimate", source, *KNOWN, *outputs]) == status
+        assert {(tank / name).read_bytes() for name in names.values()} == {b"of yesterday"}
+
+
+def test_chosen_poses_are_written_as_slam_tools_read_them(tank, capsys, refusal):
+    shutil.copy("dark.png", "s3.png")
+    words = ["estimate", "s[1-3].png", *KNOWN, "--quiet"]
+    assert main([*words, "--rate", "4", "--tum", "o.tum", "--json", "o.jsonl"]) == 0
+    found = lines((tank / "o.jsonl").read_text())
+    expected = [
+        [line["time_s"], *line["chosen"]["position_m"], *line["chosen"]["quaternion_xyzw"]] for line in found[:2]
+    ]
+    np.testing.assert_array_equal(np.loadtxt("o.tum"), expected)
+    assert [row[0] for row in expected] == [0.0, 0.25]
+    assert main([*words[:-1], "--rate", "4", "--tum", "o.tum"]) == 0
+    assert "--tum o.tum: 2 poses; left out: 1 frame without a measured pose" in capsys.readouterr().out
+    assert main([*words, "--tum", "o.tum"]) == 1
+    assert "2 poses without a time left out" in capsys.readouterr().err
+    assert "takes one source" in refusal(*words, "film.mp4", "--tum", "o.tum")

@@ -97,7 +97,8 @@ def test_pictures_without_a_rate_are_not_tracked(here, json_lines):
 def test_a_sequence_without_outputs_says_a_sentence_a_frame(here, capsys):
     assert main(["estimate", "film.avi"]) == 0
     told = capsys.readouterr().out.splitlines()
-    assert len(told) == FRAMES
+    assert len(told) == FRAMES + 1
+    assert told[-1] == f"{FRAMES} of {FRAMES} frames show a dock"
     assert told[3].startswith("film.avi frame 3 (0.150 s): 10 lights on the ring")
 
 

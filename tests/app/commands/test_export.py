@@ -1,6 +1,7 @@
 import csv
 import hashlib
 import json
+import os
 import zipfile
 
 import cv2
@@ -80,7 +81,7 @@ def test_the_truth_is_drawn_where_it_is_asked_for_and_known(tmp_path, capsys):
     unknown, camera = tmp_path / "unknown.png", sample_path("plain").with_suffix(".yaml")
     unknown.write_bytes(sample_path("plain").read_bytes())
     assert (
-        export(unknown, tmp_path / "b.png", "--layers", "truth", "--camera", str(camera), "--dock-diameter", "0.3") == 0
+        export(unknown, tmp_path / "b.png", "--layers", "truth", "--camera", str(camera), "--dock-diameter", "0.3") == 1
     )
     assert f"{unknown}: no truth is known of it" in capsys.readouterr().err
 
@@ -110,6 +111,8 @@ def test_a_sequence_becomes_a_zip(lines, tmp_path):
     assert "seen 99.0 %" in report
     table = csv.DictReader(archive.read("results.csv").decode().splitlines())
     assert [row["frame"] for row in table] == ["0", "1", "2"]
+    assert table.fieldnames is not None
+    assert table.fieldnames[-1] == "message"
 
 
 def test_lines_that_are_none_are_named(tmp_path, lines):
@@ -127,7 +130,26 @@ def test_lines_that_are_none_are_named(tmp_path, lines):
     with pytest.raises(FileError, match="selected is 7"):
         read_lines(path)
     path.write_text(good + good[:200])  # a run that was stopped
-    assert len(read_lines(path)) == 3
+    told: list[str] = []
+    assert len(read_lines(path, told.append)) == 3
+    assert told == [f"{path}: line 4, the last, is cut short and left out"]
+
+
+@pytest.mark.parametrize(("cut", "status"), [(0, 0), (1, 0), (2, 1), (500, 1)])
+def test_lines_that_were_cut_are_exported_as_far_as_they_are_whole_with_status_1(lines, tmp_path, capsys, cut, status):
+    content = lines.read_bytes()
+    lines.write_bytes(content[: len(content) - cut])
+    assert export(lines, tmp_path / "t.csv") == status
+    assert ("line 3, the last, is cut short" in capsys.readouterr().err) == bool(status)
+    assert len((tmp_path / "t.csv").read_text().splitlines()) == 4 - status
+
+
+@pytest.mark.parametrize("name", ["pipe", "zero.png"])
+def test_a_pipe_or_device_is_refused_rather_than_read_without_end(tmp_path, refusal, name):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "zero.png").symlink_to("/dev/zero")
+    told = refusal("export", str(tmp_path / name), "--out", str(tmp_path / "out.csv"), status=1)
+    assert "is not a regular file, but a pipe or a device" in told
 
 
 def test_what_cannot_be_exported_is_said(tmp_path, folder, refusal):
@@ -142,7 +164,8 @@ def test_what_cannot_be_exported_is_said(tmp_path, folder, refusal):
         (tmp_path, "out", [], "not a session"),
         (tmp_path / "gone.png", "out", [], "cannot be read"),
     ):
-        assert sentence in refusal("export", str(source), "--out", str(tmp_path / out), *more)
+        words = ["export", str(source), "--out", str(tmp_path / out), *more]
+        assert sentence in refusal(*words, status=1 if sentence == "cannot be read" else 2)
     assert set(LAYERS) >= {"lights", "scale"}
 
 
@@ -154,7 +177,7 @@ def test_replaying_says_what_differs_and_why(folder, capsys):
     path.write_text(json.dumps(line))
     image = load_sample("flat_port").image
     cv2.imwrite(str(folder / "frames/0003.png"), image // 2)
-    assert replay_session(folder) == 0
+    assert replay_session(folder) == 1
     first, second, last = capsys.readouterr().out.splitlines()
     level = line["threshold"]["level"]
     assert first.startswith(f"row 2: threshold.level {level} is now {level - 1} (numpy was 1.0, is ")

@@ -34,10 +34,10 @@ def video(tmp_path_factory):
     return path
 
 
-@pytest.mark.parametrize("option", ["--json", "--csv"])
+@pytest.mark.parametrize("option", ["--json", "--csv", "--tum"])
 def test_full_device_is_one_sentence(option, capsys):
     assert main(["estimate", PLAIN, option, "/dev/full"]) == 1
-    assert capsys.readouterr().err == "dockpose: /dev/full: cannot be written (the disk is full)\n"
+    assert capsys.readouterr().err == f"dockpose: {option} /dev/full: cannot be written (the disk is full)\n"
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ from dockpose.app.commands.arguments import camera_of, logged, metres
 from dockpose.app.commands.console import say
 from dockpose.app.errors import UserError
 from dockpose.camera.files import save_camera
+from dockpose.text import without_secrets
 
 from tests.support.methods import registered
 
@@ -55,8 +56,6 @@ def test_a_large_bare_diameter_is_asked_about(command, refusal, tmp_path):
 def test_what_no_camera_can_be_asked_for_is_refused(command, words, sentence, refusal):
     assert sentence in refusal(command, *words)
 
-
-from dockpose.text import without_secrets
 
 LINE = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z (DEBUG|INFO|WARNING|ERROR) dockpose(\.\w+)*: .+")
 

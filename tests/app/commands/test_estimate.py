@@ -136,12 +136,10 @@ def test_a_fixed_level_and_a_minimum_area_are_used(tank, json_lines):
         (["s1.png", "--rate", "-1"], "--rate is -1"),
         (["s1.png", "--level", "30", "--method", "hats"], "does not go with --method hats"),
         (["s1.png", "--method", "fixed"], "needs --level"),
-        (["none*.png"], "no file matches"),
         (["words.png"], "which camera?"),
         (["words.png", "--camera", "camera.yaml"], "how large is the dock?"),
         (["s1.png", "--json", "no/such/folder.json"], "cannot be written"),
         (["s1.png", "--annotate", "words.png"], "cannot be made"),
-        (["compare", "none*.png"], "no file matches"),
         (["compare", "words.png"], "which camera?"),
         (["compare", "s1.png", "--json", "no/such/folder.json"], "cannot be written"),
     ],
@@ -273,23 +271,23 @@ def test_what_is_there_stays_where_no_source_can_be_read(tank):
     for name in names.values():
         (tank / name).write_bytes(b"of yesterday")
     outputs = [word for pair in names.items() for word in pair]
-    for source, status in (("gone.png", 1), ("words.png", 1), ("gone.mp4", 1), ("none*.png", 2)):
-        assert main(["estimate", source, *KNOWN, *outputs]) == status
+    for source in ("gone.png", "words.png", "gone.mp4", "none*.png"):
+        assert main(["estimate", source, *KNOWN, *outputs]) == 1
         assert {(tank / name).read_bytes() for name in names.values()} == {b"of yesterday"}
 
 
-def test_chosen_poses_are_written_as_slam_tools_read_them(tank, capsys, refusal):
-    shutil.copy("dark.png", "s3.png")
-    words = ["estimate", "s[1-3].png", *KNOWN, "--quiet"]
+def test_chosen_poses_are_written_as_slam_tools_read_them(tank, capfd, refusal):
+    for source, name in (("s1.png", "t1.png"), ("s1.png", "t2.png"), ("dark.png", "t3.png")):
+        shutil.copy(source, name)
+    words = ["estimate", "t[1-3].png", *KNOWN, "--quiet"]
     assert main([*words, "--rate", "4", "--tum", "o.tum", "--json", "o.jsonl"]) == 0
     found = lines((tank / "o.jsonl").read_text())
-    expected = [
-        [line["time_s"], *line["chosen"]["position_m"], *line["chosen"]["quaternion_xyzw"]] for line in found[:2]
-    ]
+    poses = [(line["time_s"], line["chosen"]) for line in found[:2]]
+    expected = [[time_s, *pose["position_m"], *pose["quaternion_xyzw"]] for time_s, pose in poses]
     np.testing.assert_array_equal(np.loadtxt("o.tum"), expected)
     assert [row[0] for row in expected] == [0.0, 0.25]
     assert main([*words[:-1], "--rate", "4", "--tum", "o.tum"]) == 0
-    assert "--tum o.tum: 2 poses; left out: 1 frame without a measured pose" in capsys.readouterr().out
+    assert "--tum o.tum: 2 poses; left out: 1 frame without a measured pose" in capfd.readouterr().out
     assert main([*words, "--tum", "o.tum"]) == 1
-    assert "2 poses without a time left out" in capsys.readouterr().err
+    assert "2 poses without a time left out" in capfd.readouterr().err
     assert "takes one source" in refusal(*words, "film.mp4", "--tum", "o.tum")

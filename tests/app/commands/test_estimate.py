@@ -290,4 +290,4 @@ def test_chosen_poses_are_written_as_slam_tools_read_them(tank, capfd, refusal):
     assert "--tum o.tum: 2 poses; left out: 1 frame without a measured pose" in capfd.readouterr().out
     assert main([*words, "--tum", "o.tum"]) == 1
     assert "2 poses without a time left out" in capfd.readouterr().err
-    assert "takes one source" in refusal(*words, "film.mp4", "--tum", "o.tum")
+    assert "takes one source" in refusal("estimate", "t1.png", "film.mp4", *KNOWN, "--tum", "o.tum")

@@ -121,7 +121,8 @@ class _Run:
         return self._split(frames.count)
 
     def _one_by_one(self) -> Iterator[tuple[Found, Followed]]:
-        for frame in self._frames if self._frames.is_live else read_ahead(self._frames):
+        frames = self._frames if self._frames.is_live else read_ahead(self._frames)
+        for frame in self._frames.fitting(frames, self.camera):
             self.last = frame
             followed = self._following.see(frame)
             yield found_in(frame, frame.name, followed.tracked.estimate), followed

@@ -101,7 +101,7 @@ def _estimate_frames(work: SequenceWork, start: int, stop: int, settings: Settin
             skipped = frames.skipped
         messages.clear()
 
-    for frame in frames.between(start, stop):
+    for frame in frames.fitting(frames.between(start, stop), work.camera):
         pass_on(frame.index)
         name = str(source.paths[frame.index]) if source.paths else source.source
         found = search.see(frame.image, frame.index, frame.time_s, settings)

@@ -107,6 +107,7 @@ class Frames(abc.ABC):
         self.is_cut_short = False
         self._tell: Callback = tell or (lambda text: None)
         self._turn_deg, self._told_tags = 0, set[int]()
+        self._fitted, self._told_size = False, (0, 0)  # of frames of another size than the camera's
         self._open = contextlib.ExitStack()  # what :meth:`close` releases
 
     @abc.abstractmethod
@@ -123,6 +124,23 @@ class Frames(abc.ABC):
             return frame
         known = "" if self.count is None else f" of {self.count}"
         raise SourceError(f"{self.source}: frame {index}{known} is not there or corrupt")
+
+    def fitting(self, frames: Iterable[Frame], camera: Camera) -> Iterator[Frame]:
+        """Pass on those of its frames for which a camera can be; others are skipped, and named where they begin."""
+        for frame in frames:
+            height, width = frame.image.shape[:2]
+            try:
+                camera.for_size(width, height)
+            except ValueError:
+                if self.is_live and not self._fitted:  # the camera is that of another source
+                    raise
+                text = f"frame {frame.index} has {width} x {height} pixels, but the camera is for {camera.width} x"
+                told = self._told_size == (width, height)
+                self._skip("" if told else f"{self.source}: {text} {camera.height}; such frames are left out")
+                self._told_size = (width, height)
+            else:
+                self._fitted = True
+                yield frame
 
     def turn(self, degrees: int) -> None:
         """Turn all frames, and the source's own camera with them, clockwise by 0, 90, 180 or 270 degrees, once."""
@@ -155,7 +173,8 @@ class Frames(abc.ABC):
 
     def _skip(self, text: str, frames: int = 1) -> None:
         self.skipped += frames
-        self._tell(text)
+        if text:
+            self._tell(text)
 
 
 class Indexed(Frames):

@@ -95,9 +95,14 @@ class RtpCapture(Capture):
         if now_s - self._reported_s < _TELL_EVERY_S:
             return
         if not self._is_there:
-            hears, port = now_s - self._receiver.heard_s < _SILENT_S, self._described.port
-            sentence = f"packets come to UDP port {port}, but no picture of H.264 or H.265 that begins by itself"
-            self._tell(f"{self._address}: {sentence if hears else f'nothing comes to UDP port {port}'}")
+            port = self._described.port
+            if now_s - self._receiver.heard_s < _SILENT_S:
+                sentence = f"packets come to UDP port {port}, but no picture of H.264 or H.265 that begins by itself"
+            elif now_s - self._receiver.other_s < _SILENT_S:
+                sentence = f"{self._receiver.other} comes to UDP port {port}; H.264 and H.265 over RTP are read"
+            else:
+                sentence = f"nothing comes to UDP port {port}"
+            self._tell(f"{self._address}: {sentence}")
         elif self._lost or self._left_out:
             self._tell(f"{self._address}: {self._lost} packets were lost, and {self._left_out} pictures are left out")
         self._reported_s, self._lost, self._left_out = now_s, 0, 0

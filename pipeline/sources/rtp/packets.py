@@ -11,6 +11,8 @@ from dockpose.sources.frames import SourceError
 _BUFFER_BYTES = 2**22  # that the system keeps while a picture is decoded: seconds of them
 _WAIT_S = 0.2
 _LEAST_TYPE = 96  # of a payload; those below have fixed meanings, none of them H.264 or H.265 (RFC 3551)
+# What those are, as far as they are pictures; further down is sound.
+_OTHERS = {26: "JPEG", 28: "nv", 31: "H.261", 32: "MPEG video", 33: "MPEG-TS", 34: "H.263"}
 _NEW_SENDER_S = 1.0  # of silence, after which another one is listened to
 _MOST_EARLY = 8  # packets that come while a late one is waited for: half a picture of a BlueROV
 _FAR = 1000  # packets; a sender that goes back by more has begun anew
@@ -53,6 +55,7 @@ class Receiver:
         self.sender = ""
         self._source: tuple[str, int] | None = None
         self.heard_s = -math.inf  # when a packet came last
+        self.other, self.other_s = "", -math.inf  # what else came, in words, and when
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER_BYTES)
@@ -75,6 +78,11 @@ class Receiver:
             return None, False
         packet, now_s = packet_in(data), time.monotonic()
         if packet is None or packet.payload_type < _LEAST_TYPE:
+            if packet is not None:
+                name = _OTHERS.get(packet.payload_type, "neither H.264 nor H.265")
+                self.other, self.other_s = f"RTP of type {packet.payload_type} ({name})", now_s
+            elif data[:1] == b"\x47" and len(data) % 188 == 0:
+                self.other, self.other_s = "MPEG-TS without RTP, which udp:// in place of rtp:// reads,", now_s
             return None, False
         source = (str(peer[0]), packet.source)
         is_new = source != self._source

@@ -340,3 +340,18 @@ def test_pictures_may_be_given_as_paths(tmp_path):
     folder = write_folder(tmp_path / "film", range(3))
     frames = Pictures([folder / "frame2.png", folder / "frame0.png"], "two", rate_hz=4)
     assert [(number_of(frame.image), frame.time_s) for frame in frames] == [(2, 0.0), (0, 0.25)]
+
+
+@pytest.mark.parametrize("at", [0, 3])
+def test_frames_of_a_size_that_the_camera_cannot_be_for_are_left_out_and_said_once(tmp_path, at):
+    folder, told = write_folder(tmp_path / "film", range(8)), []
+    for number in (at, at + 1, 6):
+        cv2.imwrite(str(folder / f"frame{number}.png"), np.zeros((120, 100), np.uint8))
+    cv2.imwrite(str(folder / "frame7.png"), cv2.resize(picture(7), (320, 240)))  # as the camera rescaled
+    with open_frames(str(folder), told.append, rate_hz=10) as frames:
+        found = [frame.index for frame in frames.fitting(frames, CAMERA.for_size(160, 120))]
+        assert frames.skipped == 3
+    assert found == [index for index in range(8) if index not in (at, at + 1, 6)]
+    assert [line.partition("film: ")[2] for line in told] == [
+        f"frame {at} has 100 x 120 pixels, but the camera is for 160 x 120; such frames are left out"
+    ]

@@ -3,6 +3,7 @@ import queue
 import re
 import socket
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -131,6 +132,28 @@ def test_nothing_that_comes_is_said(watched, monkeypatch):
     monkeypatch.setattr("dockpose.sources.rtp.capture._TELL_EVERY_S", 0.1)
     stream = watched()
     assert "nothing comes to UDP port" in stream.told.get(timeout=10)
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (bytes((0x80, 0x80 | 26)) + bytes(30), "RTP of type 26 (JPEG) comes to UDP port"),
+        (bytes((0x80, 33)) + bytes(30), "RTP of type 33 (MPEG-TS) comes to UDP port"),
+        (bytes((0x80, 8)) + bytes(30), "RTP of type 8 (neither H.264 nor H.265) comes to UDP port"),
+        (b"\x47" + bytes(187), "MPEG-TS without RTP"),
+        (b"no video", "nothing comes to UDP port"),
+    ],
+)
+def test_what_comes_and_is_not_read_is_said(watched, monkeypatch, data, words):
+    monkeypatch.setattr("dockpose.sources.rtp.capture._TELL_EVERY_S", 0.1)
+    stream = watched()
+    deadline = time.monotonic() + 10
+    told = ""
+    while words not in told and time.monotonic() < deadline:
+        stream.send([data])
+        told = stream.told.get(timeout=10)
+    assert words in told
+    assert ("H.264 and H.265 over RTP are read" in told) == (data != b"no video")
     for parts in sent("H264")[1:4]:
         stream.send(parts)
     while "that begins by itself" not in stream.told.get(timeout=10):

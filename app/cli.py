@@ -7,6 +7,7 @@ import difflib
 import gc
 import glob
 import logging
+import os
 import re
 import sys
 import time
@@ -43,6 +44,7 @@ _LOG = logging.getLogger("dockpose")
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the program."""
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "OFF")  # here and in other processes, before OpenCV is loaded
     if argv is None:
         atexit.register(gc.freeze)  # the system takes all memory back at once; Python would take a third of a second
     with console.forgiving_output(), console.stopped_by_signals():

@@ -74,6 +74,11 @@ class FrameFollower:
         self._before: int | None = None
         self.trajectory = Trajectory()
 
+    def leaves_out(self, view: View, frame: Frame) -> bool:
+        """Whether the size of a later frame is none for which the camera of the view can be."""
+        is_known = self._before is not None and view.camera_of != "guess"
+        return is_known and not any(self.frames.fitting([frame], view.camera))
+
     def view_of(self, view: View, frame: Frame) -> View:
         """Return the view with this frame as its picture."""
         number = f"frame {frame.index + 1}" + (f" of {self.frames.count}" if self.frames.count else "")

@@ -129,7 +129,7 @@ class App(Page, contextlib.AbstractContextManager["App"]):
     def _work_on_frame(self, frame: Frame) -> None:
         with self._lock:
             follower, before = self.sequence.follower, self._view
-            if follower is None:  # closed meanwhile
+            if follower is None or follower.leaves_out(before, frame):  # closed meanwhile, or of another size
                 return
             view = self._view = follower.view_of(before, frame)
             if (view.camera, view.dock, view.list_name) != (before.camera, before.dock, before.list_name):

@@ -12,6 +12,7 @@ import numpy as np
 from av.container import InputContainer
 from av.error import FFmpegError
 from av.stream import Disposition
+from dockpose.sources.bags.storage import head_of
 from dockpose.sources.frames import SourceError
 
 # What a text in a file says that is not UTF-8 matters to nobody; PyAV 19 keeps such texts of itself.
@@ -23,7 +24,7 @@ def opened(source: str | BinaryIO, **options: Any) -> InputContainer:
     return av.open(source, "r", **options, **_LENIENT)
 
 
-_BOXES = (".mp4", ".m4v", ".mov")
+_MP4_BEGINS = (b"ftyp", b"moov", b"mdat", b"free", b"wide", b"skip", b"styp", b"moof")
 _RAW = {"h264", "hevc", "vvc", "mjpeg", "m4v", "mpegvideo", "obu"}  # FFmpeg counts 25 of their frames a second
 # How files of a known format begin, and where.
 _BEGINNINGS = (
@@ -119,7 +120,7 @@ def _vint(head: bytes, at: int) -> tuple[int | None, int]:
 def _opened_cut_short(source: str) -> InputContainer | None:
     """Open an MP4 without the box that it breaks off in, unless that holds frames; None where that does not help."""
     path = Path(source)
-    if not (source.lower().endswith(_BOXES) and path.is_file()):
+    if not path.is_file() or not head_of(path).startswith(_MP4_BEGINS, 4):
         return None
     try:
         return opened(f"subfile,,start,0,end,{whole_boxes(path)[0]},,:{path.resolve()}")

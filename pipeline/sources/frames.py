@@ -107,7 +107,7 @@ class Frames(abc.ABC):
         self.is_cut_short = False
         self._tell: Callback = tell or (lambda text: None)
         self._turn_deg, self._told_tags = 0, set[int]()
-        self._fitted, self._told_size = False, (0, 0)  # of frames of another size than the camera's
+        self._told_size = (0, 0)  # of frames of another size than the camera's
         self._open = contextlib.ExitStack()  # what :meth:`close` releases
 
     @abc.abstractmethod
@@ -132,14 +132,13 @@ class Frames(abc.ABC):
             try:
                 camera.for_size(width, height)
             except ValueError:
-                if self.is_live and not self._fitted:  # the camera is that of another source
+                if self.is_live and frame.index == 0:  # the camera is that of another source
                     raise
                 text = f"frame {frame.index} has {width} x {height} pixels, but the camera is for {camera.width} x"
                 told = self._told_size == (width, height)
                 self._skip("" if told else f"{self.source}: {text} {camera.height}; such frames are left out")
                 self._told_size = (width, height)
             else:
-                self._fitted = True
                 yield frame
 
     def turn(self, degrees: int) -> None:

@@ -131,7 +131,7 @@ def test_annotated_frames_are_numbered_and_overwrite_no_original(here, tmp_path,
         (["http://127.0.0.1:9/x", "--camera", "camera.yaml", *KNOWN], 1, "nothing answers there"),
         (["camera.yaml"], 1, "camera.yaml"),
         (["film.avi", "scene.yaml", "--annotate", "x.mp4"], 2, "a video is made of one sequence"),
-        (["film.avi", "--camera", "wide.yaml"], 1, "calibrated at 640 x 400"),
+        (["film.avi", "--camera", "wide.yaml"], 1, "the camera is for 640 x 400"),
     ],
 )
 def test_what_cannot_be_read_is_one_sentence(here, refusal, arguments, status, message):

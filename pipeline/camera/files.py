@@ -12,7 +12,7 @@ from dockpose.camera.camera import Camera
 from dockpose.camera.formats.content import LARGEST_BYTES, content_of
 from dockpose.camera.formats.described import NoSizeError
 from dockpose.camera.formats.readers import cameras_in
-from dockpose.camera.formats.words import foreign_content
+from dockpose.camera.formats.words import READ, foreign_content
 from dockpose.checks import check_one_of
 from dockpose.files import FileError, read_small, to_yaml, write_whole
 from dockpose.text import shown
@@ -74,7 +74,7 @@ def load_camera(
     except (LookupError, TypeError, AttributeError, OverflowError) as error:
         raise FileError(f"{file}: is not as its program writes it ({shown(error)})") from error
     keys = ", ".join(map(str, content)) if isinstance(content, dict) else ""
-    raise FileError(f"{file}: is not a camera file of a kind that is known; its keys are {keys or 'none'}")
+    raise FileError(f"{file}: is not a camera file of a kind that is known ({READ}); its keys are {keys or 'none'}")
 
 
 def split_name(path: str | Path) -> tuple[Path, str]:

@@ -24,6 +24,7 @@ from dockpose.app.web.page import Page
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.widgets import Panel, offer
 from dockpose.camera.files import FORMATS
+from dockpose.camera.formats.words import ENDINGS
 from dockpose.study.budget import budget
 from msgspec.structs import replace as changed
 
@@ -57,7 +58,7 @@ class CameraPanel(Panel):
             kind = self.add("dropdown", "format", options=FORMATS)
             self.add_download("save", "camera.yaml", lambda view: optics.camera_file(view.camera, kind.value))
             self.add_download("save_dock", "dock.yaml", lambda view: optics.dock_file(view.dock))
-        self.add_upload(area, "load", self.changing_by_file(optics.with_camera_file))
+        self.add_upload(area, "load", self.changing_by_file(optics.with_camera_file), ",".join(ENDINGS))
         self._add_spacing()
 
     def load(self, view: View) -> None:

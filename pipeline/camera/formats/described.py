@@ -41,6 +41,7 @@ MODELS = {
         (0, 4),
     ),
 }
+_KNOWN = "plumb_bob, rational_polynomial, radtan, equidistant, fisheye, kannala_brandt or pinhole"
 _NUMBERED = ("brown", "fisheye")  # MC-Calib's distortion_type, DepthAI's cameraType
 _SURE_MODEL = re.compile("dist|lensmodel|projection(model|type)|intrinsic|modeltype")
 _FISHEYE_FLAG = re.compile("(is|use)?fisheye(model|lens)?")
@@ -81,10 +82,16 @@ def model_in(fields: Fields) -> str:
             found |= {"fisheye": key} if str(value).lower() not in ("0", "0.0", "false", "none") else {}
     strange = [each for each in found if lens_name(each) not in MODELS]
     told = strange or [each for each in found if lens_name(each) not in _PLAIN]
+    if strange:
+        raise _unknown(found[strange[0]], strange[0])
     for other in told[1:]:
-        if strange or is_fisheye(other) != is_fisheye(told[0]):
+        if is_fisheye(other) != is_fisheye(told[0]):
             raise ValueError(f"its {found[told[0]]} says {told[0]} and its {found[other]} {other}; which is it?")
     return next(iter([*told, *found]), "")
+
+
+def _unknown(key: str, model: str) -> ValueError:
+    return ValueError(f"its {key} is {shown(model)}, which is not read; calibrate with {_KNOWN}")
 
 
 @dataclass(frozen=True)
@@ -105,10 +112,7 @@ class Described:
                 f"camera_matrix is {self.matrix.tolist()}; it must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"
             )
         if (lengths := MODELS.get(lens_name(self.model))) is None:
-            known = ", ".join(filter(None, MODELS))
-            raise ValueError(
-                f"distortion_model is {shown(self.model)}, which is not read; calibrate with one of {known}"
-            )
+            raise _unknown("distortion_model", self.model)
         bent = self.distortion
         if 8 < len(bent) <= 14:
             shorter = (4, 14) if is_fisheye(self.model) else (5, 8, 12, 14)

@@ -16,7 +16,7 @@ _PARTS = re.compile(
 # What real files hold beside the camera that is read: boards, poses, errors, other pictures.
 _HARMLESS = re.compile(
     r"err|rms|std|sigma|dev|covar|uncert|limit|flag|board|pattern|square|marker|tag|grid|chess|corner|points?$|extrins"
-    r"|rectif|projection(matrix)?$|^proj|pose|rot|trans|essential|fundamental|new|optim|undistorted|valid|distance"
+    r"|rectif|projection(matrix)?$|^proj|pose|quat|^q|rotat|rvec|^rot|trans|essential|fundamental|new|optim|undistorted|valid|distance"
     r"|^file|path|date|time|unit|note|polymorph|sensorsize|pixel|^(sensor|fov|hfov|vfov|board)|^p\d?$|^r\d?$|^num|^nr|^est"
 )
 _LENS = re.compile(
@@ -32,6 +32,7 @@ _MATRIX = re.compile(
     r"matrix|mtx|intrin|^[kma]{1,2}\d?$|calib|camera|focal|^f[xyuv]?\d?$|^c[xyuv]\d?$|^pp[xy]?$|princip"
 )
 _LENGTH = re.compile(r"width|height|size|shape|resol|dim|^(w|h|nx|ny|cols|rows)$")
+_MOST_BENT = 20  # of a lens's coefficients
 _LEAST_PX = 64  # fewer are squares of a board
 _OF = "(?:image|img|im|frame|camera|cam|calib|calibration|picture|pic|video|raw|native|imager)?"
 _SIZE = re.compile(f"{_OF}(size|shape|res|resolution|dims?|dimensions?)(px|pixels)?")
@@ -49,7 +50,7 @@ class Fields:
     """What a mapping of a file holds; of the mappings ``above`` it, what is no camera of its own."""
 
     def __init__(self, content: Mapping[Any, Any], above: Mapping[Any, Any] | None = None) -> None:
-        self.content, self.has_size = content, False
+        self.content, self.has_size, self.has_lens = content, False, False
         self._read: set[str] = set()
         # Key with those above it, name by which it is asked for, value.
         self.entries = [*_entries(content), *_entries(above or {})]
@@ -109,7 +110,9 @@ class Fields:
             numbers = _numbers_in(value)
             if not numbers or (set(numbers) <= known and value is not True):
                 continue
-            if any(map(_LENS.search, parts)):
+            is_row = len(numbers) in (4, 5, 8, 12, 14) and max(map(abs, numbers)) < _MOST_BENT  # under a misspelt name
+            is_row = is_row and not all(map(float.is_integer, numbers))
+            if any(map(_LENS.search, parts)) or (is_row and not self.has_lens):
                 raise ValueError(
                     f"its {key} is not read; call the lens's coefficients distortion_coefficients, in OpenCV's order, "
                     "and its model distortion_model; or leave the key out"

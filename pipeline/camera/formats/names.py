@@ -101,9 +101,10 @@ def camera_alone(values: Mapping[str, Any], *args: Any, **kwargs: Any) -> Descri
 def lens_of(fields: Fields, which: str, model: str) -> list[float]:
     """A lens's coefficients, in a list, in one of radial and one of tangential ones, or one by one."""
     value = fields.first(*(name for each in _BENT for name in (f"{each}{which}", f"{which}{each}")))
-    if value is None and which == "" and np.size(fields.first("k")) in (4, 5, 8):
-        value = fields.first("k")
+    if value is None and which == "" and isinstance(row := fields.first("k"), list) and np.size(row) != 9:
+        value = row
     if value is not None:
+        fields.has_lens = True
         return numbers_of("distortion_coefficients", value).ravel().tolist()
     radial, tangential = (
         fields.first(
@@ -112,13 +113,17 @@ def lens_of(fields: Fields, which: str, model: str) -> list[float]:
         for each in ("radial", "tangential")
     )
     if radial is not None:
+        fields.has_lens = True
         radial = numbers_of("radial distortion", radial).ravel().tolist()
         tangential = numbers_of("tangential distortion", [0, 0] if tangential is None else tangential).ravel().tolist()
         radial += [0.0] * (3 - len(radial))
         return [*radial, *tangential] if is_fisheye(model) else [*radial[:2], *tangential, *radial[2:]]
-    if all(fields.first(*_ONE_BY_ONE.get(each, (each,))) is None for each in _TERMS):
+    terms = _FISHEYE_TERMS if is_fisheye(model) else _TERMS
+    given = (fields.first(name) for each in terms for name in _ONE_BY_ONE.get(each, (each,)))
+    if all(each is None or isinstance(each, (list, Mapping)) for each in given):
         return []
-    bent = [number_of(fields, each, 0) for each in (_FISHEYE_TERMS if is_fisheye(model) else _TERMS)]
+    fields.has_lens = True
+    bent = [number_of(fields, each, 0) for each in terms]
     if not model and any(bent[5:6]) and not any((*bent[2:4], *bent[6:])):
         raise ValueError("has k1, k2, k3 and k4 without p1 and p2; if it is a fisheye, write distortion_model: fisheye")
     return bent

@@ -26,6 +26,7 @@ from dockpose.camera.formats.names import (
 from dockpose.text import shown
 
 _MOST_CAMERAS, _MOST_LEVELS = 100, 5
+_ALIKE, _OTHER_SIZE = 0.05, 0.3  # ratios of one projection matrix to another, of another size
 # COLMAP's parameters of each camera model.
 _COLMAP = {
     "SIMPLE_PINHOLE": "f cx cy",
@@ -105,7 +106,7 @@ def _mrcal(content: Fields) -> Iterator[tuple[str, Described]]:
     values = numbers_of("intrinsics", content["intrinsics"]).ravel().tolist()
     if len(values) < 4:
         raise ValueError(f"intrinsics has {len(values)} values; it must have 4 and the lens's")
-    size = size_in(content, (values[2], values[3]))
+    size, content.has_lens = size_in(content, (values[2], values[3])), True
     yield "", Described(matrix_by_four(*values[:4]), values[4:], size, str(content["lensmodel"]))
 
 
@@ -117,7 +118,7 @@ def _gyroflow(content: Fields) -> Iterator[tuple[str, Described]]:
             raise ValueError(f"its {key} is {shown(content.get(key))}, which is not read; take a profile without one")
     K = matrix_of("camera_matrix", inner.get("camera_matrix"))
     size = content.get("calib_dimension") or {}
-    content.mark("camera_model", "lens_model", "orig_dimension", "output_dimension", "compatible_settings")
+    content.mark("camera_model", "lens_model", "output_dimension", "compatible_settings")
     content.has_size = "w" in size and "h" in size
     bent, model = lens_of(inner, "", "fisheye"), content.get("distortion_model")
     if not any(bent) and not model:  # as Gyroflow takes it
@@ -225,6 +226,14 @@ def _by_matrix(content: Fields) -> Iterator[tuple[str, Described]]:
     model, roi = model_in(content), content.get("roi")
     for key, which in matrices_in(content.content):
         K = matrix_of(key, content[key])
+        P = content.first("projectionmatrix", "p")
+        if P is not None and (flat := numbers_of("projection_matrix", P).ravel()).size == 12:
+            ratios = flat[[0, 5, 2, 6]] / np.maximum(K[[0, 1, 0, 1], [0, 1, 2, 2]], 1)
+            if np.ptp(ratios) < _ALIKE * ratios.max() and abs(ratios[0] - 1) > _OTHER_SIZE:
+                raise ValueError(
+                    f"its projection matrix is for pictures {ratios[0]:.3g} times as large as its {key} is; "
+                    "which of them is of the size that it says?"
+                )
         bent, size = lens_of(content, which, model), size_in(content, (K[0, 2], K[1, 2]))
         if isinstance(roi, Mapping) and number_of(roi, "width", 0) and number_of(roi, "height", 0):
             size = pair_of(roi["width"], roi["height"])
@@ -246,7 +255,7 @@ READERS: tuple[tuple[Callable[[Content], Any], Callable[[Fields], Iterator[tuple
     (lambda content: "projection_parameters" in content, _camodocal),
     (lambda content: "Calibration" in content, _calibio),
     (lambda content: "RadialDistortion" in content, _matlab),
-    (lambda content: "fisheye_params" in content and "calib_dimension" in content, _gyroflow),
+    (lambda content: "fisheye_params" in content, _gyroflow),
     (lambda content: "lensmodel" in content and "intrinsics" in content, _mrcal),
     (lambda content: "fl_x" in content, _nerf),
     (is_row, _kalibr),

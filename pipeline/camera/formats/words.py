@@ -7,7 +7,9 @@ from typing import Any
 
 from dockpose.camera.formats.fields import Fields, plain
 
-READ = "YAML, JSON, XML, TOML, text, .npz and .mat of ROS, OpenCV, Kalibr, COLMAP, MATLAB and many other programs"
+# What is read, as the page, the docs and messages say it, and the usual ends of such files' names.
+READ = "YAML, JSON, XML, TOML, INI, text, .npz and .mat of ROS, OpenCV, Kalibr, COLMAP, MATLAB and many more"
+ENDINGS = [".yaml", ".yml", ".json", ".xml", ".toml", ".ini", ".conf", ".txt", ".m", ".cameramodel", ".npz", ".mat"]
 _BOTH = "bring matrix and lens in one: np.savez('camera.npz', mtx=..., dist=...)"
 # How a file begins, what it is, and what to bring.
 _BY_BEGINNING = (

@@ -2,6 +2,7 @@
 
 import io
 import json
+import struct
 
 import cv2
 import numpy as np
@@ -10,7 +11,10 @@ import scipy.io
 from dockpose import Camera
 from dockpose.camera.files import FORMATS, load_camera, save_camera
 from dockpose.camera.formats.described import NoSizeError
+from dockpose.camera.formats.words import READ
 from dockpose.files import FileError
+
+from tests.support.layout import ROOT
 
 FX, FY, CX, CY, WIDTH, HEIGHT = 701.25, 699.5, 321.125, 238.0625, 640, 480
 K = np.array([[FX, 0, CX], [0, FY, CY], [0, 0, 1]])
@@ -260,6 +264,35 @@ def colmap(model, *values):
 
 HALF = (CX + 0.5, CY + 0.5)
 SIZE = {"width": WIDTH, "height": HEIGHT}
+IMAGE = {"image_width": WIDTH, "image_height": HEIGHT}
+BY_NAME = {"fx": FX, "fy": FY, "cx": CX, "cy": CY}
+KS = {f"k{number}": each for number, each in enumerate(BENT, start=1)}
+GYROFLOW = {
+    "camera_model": "X1",
+    "lens_model": "Wide",
+    "calib_dimension": {"w": WIDTH, "h": HEIGHT},
+    "orig_dimension": {"w": 2 * WIDTH, "h": 2 * HEIGHT},
+    "input_horizontal_stretch": 1.0,
+    "distortion_model": None,
+    "compatible_settings": [{"width": 1920, "height": 1080}],
+    "fisheye_params": {"RMS_error": 0.3, "camera_matrix": K.tolist(), "distortion_coeffs": BENT},
+}
+
+
+def base64_file():
+    storage = cv2.FileStorage("c.yml", cv2.FileStorage_WRITE | cv2.FileStorage_MEMORY | cv2.FileStorage_BASE64)
+    for name, value in (
+        ("image_width", WIDTH),
+        ("image_height", HEIGHT),
+        ("camera_matrix", K),
+        ("D", np.array([FIVE])),
+    ):
+        storage.write(name, value)
+    return storage.releaseAndGetString()
+
+
+BASE64 = base64_file()
+OTHER = {"camera_matrix": K.tolist(), **IMAGE}
 FORMS = {
     "Kalibr": (KALIBR, pinhole(FOUR)),
     "EuRoC": (EUROC, pinhole(FOUR)),
@@ -311,6 +344,157 @@ FORMS = {
         pinhole(FIVE),
     ),
     "NumPy": (npz(mtx=K, dist=np.array([FIVE]), rvecs=np.zeros((3, 3, 1))), pinhole(FIVE)),
+    "MC-Calib": (
+        json.dumps(
+            {"camera_0": {"camera_matrix": K.tolist(), "distortion_vector": FIVE, "distortion_type": 0} | IMAGE}
+        ),
+        pinhole(FIVE),
+    ),
+    "MC-Calib's fisheye, XML": (
+        '<?xml version="1.0"?><opencv_storage><camera_0><camera_matrix type_id="opencv-matrix"><rows>3</rows>'
+        f"<cols>3</cols><dt>d</dt><data>{' '.join(map(str, K.ravel()))}</data></camera_matrix><distortion_vector>"
+        f"<rows>1</rows><cols>4</cols><dt>d</dt><data>{' '.join(map(str, BENT))}</data></distortion_vector>"
+        f"<distortion_type>1</distortion_type><img_width>{WIDTH}</img_width><img_height>{HEIGHT}</img_height>"
+        "</camera_0></opencv_storage>",
+        fisheye(),
+    ),
+    "Gyroflow": (json.dumps(GYROFLOW), fisheye()),
+    "Gyroflow, without a lens": (
+        json.dumps(GYROFLOW | {"fisheye_params": {"camera_matrix": K.tolist(), "distortion_coeffs": [0] * 4}}),
+        pinhole(),
+    ),
+    "mrcal": (
+        f"{{\n  'lensmodel': 'LENSMODEL_OPENCV8',\n\n  # a comment\n  'intrinsics': {[FX, FY, CX, CY, *EIGHT]},\n"
+        f"  'extrinsics': [0, 0, 0, 1.5, 0, 0],\n  'imagersize': [{WIDTH}, {HEIGHT}],\n}}\n",
+        pinhole(EIGHT),
+    ),
+    "OpenICC": (
+        json.dumps(
+            {
+                "intrinsic_type": "FISHEYE",
+                "fps": 30,
+                "image_width": WIDTH,
+                "image_height": HEIGHT,
+                "intrinsics": {
+                    "focal_length": FX,
+                    "aspect_ratio": FY / FX,
+                    "principal_pt_x": CX,
+                    "principal_pt_y": CY,
+                    "skew": 0.0,
+                    **{f"radial_distortion_{number}": each for number, each in enumerate(BENT, start=1)},
+                },
+            }
+        ),
+        fisheye(),
+    ),
+    "Basalt": (
+        json.dumps(
+            {
+                "value0": {
+                    "intrinsics": [{"camera_type": "kb4", "intrinsics": BY_NAME | KS}] * 2,
+                    "resolution": [[WIDTH, HEIGHT]] * 2,
+                }
+            }
+        ),
+        fisheye(),
+    ),
+    "DepthAI": (
+        json.dumps(
+            {
+                "boardName": "A",
+                "cameraData": [
+                    [
+                        0,
+                        {
+                            "cameraType": 1,
+                            "distortionCoeff": BENT + [0.0] * 10,
+                            "intrinsicMatrix": K.tolist(),
+                            "extrinsics": {"rotationMatrix": K.tolist()},
+                            **SIZE,
+                        },
+                    ]
+                ],
+            }
+        ),
+        fisheye(),
+    ),
+    "Nerfstudio": (
+        json.dumps(
+            {
+                "fl_x": FX,
+                "fl_y": FY,
+                "cx": HALF[0],
+                "cy": HALF[1],
+                "w": WIDTH,
+                "h": HEIGHT,
+                **KS,
+                "camera_model": "OPENCV_FISHEYE",
+                "frames": [{"transform_matrix": [[5.5] * 4] * 4}],
+            }
+        ),
+        fisheye(),
+    ),
+    "OpenVSLAM": (
+        "Camera:\n  model: fisheye\n"
+        + "".join(f"  {key}: {value}\n" for key, value in (BY_NAME | KS).items())
+        + f"  cols: {WIDTH}\n  rows: {HEIGHT}\n",
+        fisheye(),
+    ),
+    "ZED": (
+        "[LEFT_CAM_VGA]\n" + "".join(f"{key}={value}\n" for key, value in BY_NAME.items()) + f"width={WIDTH}\n"
+        f"height={HEIGHT}\n[LEFT_DISTO]\nk1={FOUR[0]}\nk2={FOUR[1]}\np1={FOUR[2]}\np2={FOUR[3]}\n[STEREO]\nBaseline=120\n",
+        pinhole(FOUR),
+    ),
+    "Anipose's TOML": (
+        f"[cam_0]\nname = 'A'\nsize = [{WIDTH}, {HEIGHT}]\nmatrix = {rows(K)}\ndistortions = {FIVE}\n"
+        "rotation = [0.1, 0.2, 0.3]\n[metadata]\nerror = 0.3\n",
+        pinhole(FIVE),
+    ),
+    "Calib_Results.m": (
+        f"%-- Focal length:\nfc = [ {FX} ; {FY} ];\ncc = [ {CX} ; {CY} ];\nalpha_c = 0.0;\n"
+        f"kc = [ {' ; '.join(map(str, FIVE))} ];\nfc_error = [ 1.1 ; 1.2 ];\nnx = {WIDTH};\nny = {HEIGHT};\n",
+        pinhole(FIVE),
+    ),
+    "Calib_Results.mat": (mat(KK=K, kc=FIVE, nx=WIDTH, ny=HEIGHT, kc_error=[0.1] * 5, Tc_1=[90.0] * 3), pinhole(FIVE)),
+    "OpenCV's base64": (BASE64, pinhole(FIVE)),
+    "the first of a stereo ost.txt": (
+        OST.replace("[narrow_stereo]", "[narrow_stereo/left]")
+        + "\n"
+        + OST.replace("[narrow_stereo]", "[narrow_stereo/right]").replace(str(FX), "650"),
+        pinhole(FIVE),
+    ),
+    "the shape of an array": (
+        json.dumps({"mtx": K.tolist(), "dist": FIVE, "img_shape": [HEIGHT, WIDTH]}),
+        pinhole(FIVE),
+    ),
+    "a fisheye in a block of its own": (
+        json.dumps({"image_size": {"height": HEIGHT, "width": WIDTH}, "fisheye": {"K": K.tolist(), "D": BENT}}),
+        fisheye(),
+    ),
+    "numbers in blocks": (
+        json.dumps(
+            {"intrinsics": BY_NAME, "distortion": dict(zip(("k1", "k2", "p1", "p2"), FOUR, strict=True)), **IMAGE}
+        ),
+        pinhole(FOUR),
+    ),
+    "a file with boards, errors and a new matrix": (
+        json.dumps(
+            {
+                "mtx": K.tolist(),
+                "dist": FIVE,
+                "newcameramtx": (K * 1.1).tolist(),
+                "rms": 0.3,
+                "rows": 6,
+                "cols": 9,
+                "board_size": [9, 6],
+                "dist_std": [0.1] * 5,
+                "rvecs": [[0.1, 0.2, 0.3]],
+                "model": "HERO10 Black",
+                **IMAGE,
+            }
+        ),
+        pinhole(FIVE),
+    ),
     "thin prism": (json.dumps({"camera_matrix": K.tolist(), "dist": PRISM, **SIZE}), pinhole(PRISM)),
     "tilted": (json.dumps({"camera_matrix": K.tolist(), "dist": TILTED, **SIZE}), pinhole(TILTED)),
 }
@@ -392,6 +576,31 @@ def test_a_file_without_a_size_needs_one(write):
     assert load_camera(path, size=(648, 486)).width == 648
 
 
+@pytest.mark.parametrize("size", [(1280, 960), (320, 240), (640, 270)])
+def test_a_size_that_nobody_said_must_have_its_middle_near_the_principal_point(write, size):
+    with pytest.raises(FileError, match=r"principal point .* far from the middle .* near that of 643 x 477"):
+        load_camera(write(npz(mtx=K, dist=np.array(FIVE))), size=size)
+
+
+def test_a_size_of_which_the_principal_point_is_not_the_middle_is_told(write):
+    notes = []
+    load_camera(write(json.dumps(OTHER | {"image_width": 1280, "image_height": 960})), tell=notes.append)
+    assert "1280 x 960, which it says, and near that of 643 x 477: check" in notes[0]
+
+
+@pytest.mark.parametrize(("more", "is_told"), [({}, True), ({"distortion_model": "plumb_bob"}, False)])
+def test_four_coefficients_without_a_model_are_told(write, more, is_told):
+    notes = []
+    camera = load_camera(write(json.dumps(OTHER | {"D": [[each] for each in FOUR]} | more)), tell=notes.append)
+    assert camera.distortion == tuple(FOUR)
+    assert any("taken for k1, k2, p1, p2" in note for note in notes) == is_told
+
+
+def test_the_words_on_what_is_read_are_the_same_everywhere():
+    for path in ("docs/first-day.md", "static/controls.toml"):
+        assert READ in " ".join((ROOT / path).read_text(encoding="utf-8").split()), path
+
+
 def test_the_region_of_a_sensor_is_taken_off(write):
     roi = "x_offset: 100\n  y_offset: 50\n  height: 200\n  width: 300\n"
     camera = load_camera(write(ECHO.replace("x_offset: 0\n  y_offset: 0\n  height: 0\n  width: 0\n", roi)))
@@ -416,6 +625,54 @@ def test_the_region_of_a_sensor_is_taken_off(write):
         (json.dumps(MATLAB | {"K": [1, 2]}), "IntrinsicMatrix is 2; it must be 3 x 3"),
         (json.dumps({"camera_matrix": [[1, 2], [3]]}), "it must be numbers"),
         (json.dumps({"camera_matrix": K.tolist(), "dist": "bent"}), "distortion_coefficients is 'bent'"),
+        *(
+            (json.dumps(OTHER | {key: value}), f"its {key} is not read; call the lens's")
+            for key, value in {"distortion_coefficents": FIVE, "distrotion": FOUR, "xi": 1.3, "alpha": 0.6}.items()
+        ),
+        (json.dumps(OTHER | {"fisheye": {"par": [0.02, -0.03]}}), r"its fisheye\.par is not read"),
+        (json.dumps(OTHER | {"D": FOUR, "model": "double_sphere"}), "its model is 'double_sphere', which is not read"),
+        (json.dumps(OTHER | {"D": FOUR, "distortion_type": 2}), "its distortion_type is 'number 2'"),
+        (
+            json.dumps(OTHER | {"D": FOUR, "camera_model": "fisheye", "lens_type": "brown"}),
+            "says brown; which is it?|says fisheye",
+        ),
+        (
+            json.dumps(OTHER | {"resolution": [1280, 960]}),
+            "its resolution says 1280 x 960 and its image_width, image_height 640",
+        ),
+        (json.dumps({"K": K.tolist(), "D": FIVE, "calibrated_at_width": 1280}), "its calibrated_at_width is not read"),
+        (json.dumps({"K": K.tolist(), "img_shape": [500, 505]}), "its img_shape .* may be height x width or not"),
+        (json.dumps(OTHER | {"rgb": {"fx": 900.5}}), r"its rgb\.fx is not read beside the matrix"),
+        (json.dumps({**BY_NAME, **KS, **IMAGE}), "if it is a fisheye, write distortion_model: fisheye"),
+        (json.dumps(BY_NAME | {"fx": 0.9, "fy": 1.2} | IMAGE), "its fx of 0.9 is no focal length"),
+        (json.dumps(GYROFLOW | {"digital_lens": "gopro_superview"}), "its digital_lens is 'gopro_superview'"),
+        (json.dumps(GYROFLOW | {"distortion_model": "poly5"}), "'poly5'"),
+        (json.dumps({"intrinsics": [{"intrinsicId": "1"}], "views": []}), "is a scene of Meshroom"),
+        (json.dumps({"CalibrationInformation": {"Cameras": []}}), "is of an Azure Kinect"),
+        (
+            json.dumps(K.tolist()).replace(",", " ").strip("[]").replace("]", "").replace("[", ""),
+            "numbers without names",
+        ),
+        (b"\x93NUMPY\x01\x00", "is a single array of NumPy; bring matrix and lens"),
+        (b"\x80\x04\x95pickle", "is a pickle of Python"),
+        (b"\x1f\x8b\x08\x00", "is an archive, as ROS's calibrator packs; unpack it and bring ost.yaml"),
+        (
+            struct.pack("<QIiQQ8d", 1, 1, 4, WIDTH, HEIGHT, FX, FY, CX, CY, *FOUR),
+            "is COLMAP's cameras.bin; bring cameras.txt",
+        ),
+        (
+            b"".join(
+                b"[LEFT_CAM_%s]\nfx=1400\nfy=1400\ncx=%d\ncy=%d\n" % each
+                for each in ((b"2K", 1104, 621), (b"FHD", 960, 540))
+            ),
+            "say which as .*#NAME: LEFT_CAM_2K, LEFT_CAM_FHD",
+        ),
+        (
+            ECHO.replace(
+                "p: [700.0, 0.0, 319.5, 0.0, 0.0, 700.0, 239.5", "p: [1400.0, 0.0, 640.0, 0.0, 0.0, 1400.0, 477.0"
+            ),
+            "projection matrix is for pictures 2 times as large as its k is",
+        ),
         ("<opencv_storage><a>", "not valid XML"),
         ("<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>", "defines entities"),
         ("<calibrations/>", "not a camera file"),

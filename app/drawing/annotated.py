@@ -34,14 +34,19 @@ def annotate(
     canvas = Canvas(to_bgr8(image))
     for mask in estimate.settings.masks:
         _draw_mask(canvas, mask)
+    draw_layers(canvas, estimate, layers, truth)
+    if "text" in layers:
+        canvas.lines([*([headline] if headline else []), *_lines(estimate)])
+    return canvas.pixels
+
+
+def draw_layers(canvas: Canvas, estimate: Estimate, layers: Collection[str], truth: KnownPose | None = None) -> None:
+    """Draw all layers but the words."""
     if truth is not None and "truth" in layers:
         draw_pose(canvas, estimate, truth, "truth", colours.TRUTH_COLOUR, width=2.0)
     draw_parts(canvas, estimate, layers)
     if "scale" in layers:
         _draw_scale(canvas, estimate)
-    if "text" in layers:
-        canvas.lines([*([headline] if headline else []), *_lines(estimate)])
-    return canvas.pixels
 
 
 def check_layers(layers: Collection[str]) -> None:

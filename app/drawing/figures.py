@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from dockpose import Estimate
 from dockpose.app.drawing import colours
-from dockpose.app.drawing.annotated import DRAWN, check_layers
-from dockpose.app.drawing.numbers import chance, length_words, pose_cells, status_words
+from dockpose.app.drawing.annotated import DRAWN, check_layers, draw_layers
+from dockpose.app.drawing.numbers import chance, pose_cells, status_words
 from dockpose.camera.mark import COMMENT
 from dockpose.estimate import geometry
-from dockpose.estimate.canvas import to_bgr8
-from dockpose.pose.circle import CirclePose
+from dockpose.estimate.canvas import Canvas, Point, to_bgr8
 from dockpose.pose.known import KnownPose
 
 if TYPE_CHECKING:  # imported where it is used, since that takes half a second
@@ -54,14 +53,17 @@ def _saved(figure: "Figure", kind: str, metadata: dict[str, Any], more: dict[str
 
 
 WIDTH_IN, HIGHEST_IN = 6.5, 8.0
-_LEAST_SHARE = 0.01  # of the picture's width: the least radius of a light's circle
 _LINE_IN, _MARGIN_IN = 0.17, 0.12
+_POINTS_PER_IN = 72.0
+_LETTER = 24.0  # height of a font in units of the canvas at size 1
 
 
 def picture_figure(
     image: Any, estimate: Estimate, layers: Collection[str] = DRAWN, truth: KnownPose | None = None
 ) -> "Figure":
     """Draw what was found over the picture, with a legend below."""
+    from matplotlib.patches import Rectangle
+
     check_layers(layers)
     scale = min(WIDTH_IN / estimate.width, HIGHEST_IN / estimate.height)
     width, height = scale * estimate.width, scale * estimate.height
@@ -70,7 +72,11 @@ def picture_figure(
     axes.imshow(to_bgr8(image)[..., ::-1], interpolation="none")
     axes.set_axis_off()
     axes.autoscale(False)
-    _draw(axes, estimate, layers, truth)
+    for index, (x, y, wide, high) in enumerate(estimate.settings.masks):
+        name = "masked" if index == 0 else None
+        axes.add_patch(Rectangle((x, y), wide, high, fill=False, hatch="///", color=colours.MASK_COLOUR, label=name))
+    draw_layers(_Vectors(axes, estimate, _POINTS_PER_IN * scale), estimate, layers, truth)
+    _add_legend(axes, estimate, layers)
     entries = len(axes.get_legend_handles_labels()[0])
     legend_in = _MARGIN_IN + _LINE_IN * math.ceil(entries / 2) if entries else 0.0
     total_in = height + legend_in
@@ -81,86 +87,45 @@ def picture_figure(
     return figure
 
 
-def _draw(axes: "Axes", estimate: Estimate, layers: Collection[str], truth: KnownPose | None) -> None:
-    from matplotlib.patches import Rectangle
+class _Vectors(Canvas):
+    """A canvas that draws on axes, on which a unit of it has so many points."""
 
-    for index, (x, y, width, height) in enumerate(estimate.settings.masks):
-        name = "masked" if index == 0 else None
-        axes.add_patch(Rectangle((x, y), width, height, fill=False, hatch="///", color=colours.MASK_COLOUR, label=name))
-    if truth is not None and "truth" in layers:
-        _draw_pose(axes, estimate, truth, "truth", color=colours.TRUTH_COLOUR, linewidth=4.0)
-    shown: list[CirclePose] = []
-    for index, (name, pose) in enumerate(zip(colours.POSE_NAMES, estimate.candidates, strict=False)):
-        width = 1.4 if pose is estimate.selected else 0.7
-        style: dict[str, Any] = {"color": colours.POSE_COLOURS[index], "linewidth": width}
-        if name.lower() in layers:
-            shown.append(pose)
-            _draw_pose(axes, estimate, pose, name, **style)
-        if "text" in layers:
-            axes.plot([], [], **style, label=_pose_words(estimate, index))
-    outline, (ellipse, dock) = geometry.outline(estimate), geometry.centres(estimate)
-    if "ellipse" in layers and outline is not None:
-        # Wider than the rim of a pose, which it would be lost in.
-        style = {"color": colours.ELLIPSE_COLOUR, "linewidth": 1.2, "linestyle": "--"}
-        _draw_line(axes, estimate, np.vstack([outline, outline[:1]]), **style)
-        axes.plot([], [], **style, label="ellipse")
-    if "lights" in layers:
-        _draw_lights(axes, estimate)
-    if "text" in layers and not estimate.candidates:
-        axes.plot([], [], " ", label=f"no pose ({status_words(estimate.status)})")
-    if "ellipse" in layers and ellipse is not None:
-        axes.plot(*ellipse, "+", color=colours.ELLIPSE_COLOUR, markersize=8, label="ellipse centre")
-    if dock is not None and any(pose is estimate.selected for pose in shown):
-        axes.plot(*dock, "o", color="black", markerfacecolor="white", markersize=4, label="dock centre")
-    if "scale" in layers:
-        _draw_scale(axes, estimate)
+    def __init__(self, axes: "Axes", estimate: Estimate, points_per_px: float) -> None:
+        super().__init__(np.broadcast_to(np.uint8(0), (estimate.height, estimate.width, 3)))
+        self._axes, self._points = axes, points_per_px * self.unit
+
+    def polyline(self, points: np.ndarray, colour: str, width: float = 1.0) -> None:
+        self._axes.plot(*points.T, color=colour, linewidth=width * self._points)
+
+    def circle(self, centre: Point, radius: float, colour: str, *, filled: bool = False) -> None:
+        inside = colour if filled else "none"
+        style: dict[str, Any] = {"markersize": 2 * radius * self._points, "markeredgewidth": self._points}
+        self._axes.plot(*centre, "o", color=colour, markerfacecolor=inside, **style)
+
+    def cross(self, centre: Point, size: float, colour: str, *, tilted: bool = False) -> None:
+        self._axes.plot(*centre, "x" if tilted else "+", color=colour, markersize=size * self._points)
+
+    def text(self, text: str, at: Point, colour: str = colours.TEXT_COLOUR, size: float = 0.45) -> None:
+        if np.isfinite(at).all():
+            self._axes.text(at[0], at[1], text, color=colour, fontsize=_LETTER * size * self._points)
 
 
-def _draw_pose(axes: "Axes", estimate: Estimate, pose: CirclePose | KnownPose, name: str, **style: Any) -> None:
-    """Draw the dock's rim, axes and normal as they are by a pose, with its name at the normal's tip."""
-    rim, diameters, normal = geometry.pose_lines(pose, estimate)
-    for points in (np.vstack([rim, rim[:1]]), *diameters):
-        _draw_line(axes, estimate, points, **(style | {"linewidth": style["linewidth"] / 2}))
-    _draw_line(axes, estimate, normal, **style)
-    axes.plot(*normal[1], "o", color=style["color"], markersize=3 + style["linewidth"] / 2)
-    off, side = ((4, -3), "left") if name in colours.POSE_NAMES else ((-6, -3), "right")
-    axes.annotate(name, normal[1], off, textcoords="offset points", ha=side, color=style["color"])
-
-
-def _draw_line(axes: "Axes", estimate: Estimate, points: np.ndarray, **style: Any) -> None:
-    """Draw a line that stops short of the lights, so that they are seen."""
-    for piece in geometry.beside_lights(points, estimate, _LEAST_SHARE * estimate.width):
-        axes.plot(*piece.T, **style)
-
-
-def _draw_lights(axes: "Axes", estimate: Estimate) -> None:
-    from matplotlib.patches import Circle
-
-    if estimate.markers is None:
-        return
-    points, on_ring = estimate.markers.points_px, geometry.on_ring(estimate)
-    radii, others = geometry.light_radii(estimate, _LEAST_SHARE * estimate.width), points[~on_ring]
-    for point, radius in zip(points[on_ring], radii[on_ring], strict=True):
-        axes.add_patch(Circle(tuple(point), radius, fill=False, color=colours.LIGHT_COLOUR))
-    if on_ring.any():
-        ring: dict[str, Any] = {"color": colours.LIGHT_COLOUR, "markerfacecolor": "none", "markersize": 8}
-        axes.plot([], [], "o", **ring, label="light on the ring")
-    if len(others):
-        axes.plot(*others.T, "x", color=colours.DROPPED_COLOUR, markersize=6, label="other group")
-    place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center"}
-    for index, label, (x, y) in geometry.light_labels(estimate):
-        axes.annotate(label, points[index], (10 * x, -10 * y), color="white", fontsize=7, **place)
-
-
-def _draw_scale(axes: "Axes", estimate: Estimate) -> None:
-    bar = geometry.scale_bar(estimate)
-    if bar is None:
-        return
-    length_m, length_px = bar
-    right, y = 0.98 * estimate.width, 0.97 * estimate.height
-    axes.plot([right - length_px, right], [y, y], color="white", lw=2, solid_capstyle="butt")
-    words = f"{length_words(length_m)} at the dock"
-    axes.annotate(words, (right, y), (0, 4), textcoords="offset points", ha="right", color="white", fontsize=7)
+def _add_legend(axes: "Axes", estimate: Estimate, layers: Collection[str]) -> None:
+    """Name what is drawn, by entries without points."""
+    on_ring, names = geometry.on_ring(estimate), zip(colours.POSE_NAMES, estimate.candidates, strict=False)
+    has_ellipse = "ellipse" in layers and estimate.ellipse is not None
+    is_chosen_shown = any(pose is estimate.selected and name.lower() in layers for name, pose in names)
+    poses = [(colours.POSE_COLOURS[at], "-", _pose_words(estimate, at)) for at in range(len(estimate.candidates))]
+    nothing = [("none", " ", f"no pose ({status_words(estimate.status)})")]
+    entries = [
+        *((poses or nothing) if "text" in layers else []),
+        *([(colours.ELLIPSE_COLOUR, "-", "ellipse"), (colours.ELLIPSE_COLOUR, "+", "ellipse centre")] * has_ellipse),
+        *([(colours.LIGHT_COLOUR, "o", "light on the ring")] * ("lights" in layers and bool(on_ring.any()))),
+        *([(colours.DROPPED_COLOUR, "x", "other group")] * ("lights" in layers and not on_ring.all())),
+        *([("black", "o", "dock centre")] * is_chosen_shown),
+    ]
+    for colour, style, label in entries:
+        axes.plot([], [], style, color=colour, markerfacecolor="none", label=label)
 
 
 def _pose_words(estimate: Estimate, index: int) -> str:

@@ -82,8 +82,8 @@ class SqliteFile(Storage):
             for row in self._database.execute(query, values):
                 yield row
                 self._database.set_progress_handler(partial(next, repeat(0, _TIMES), 1), _STEPS)
-        except UnicodeDecodeError as error:  # of what SQLite says of damaged names
-            raise sqlite3.DatabaseError("it is damaged, and names in it are no text") from error
+        except (UnicodeDecodeError, MemoryError) as error:  # by names that are no text, and sizes that cannot be
+            raise sqlite3.DatabaseError("it is damaged") from error
         except sqlite3.OperationalError as error:
             if str(error) != "interrupted":
                 raise

@@ -159,7 +159,7 @@ def with_camera_file(view: View, data: bytes, name: str) -> View:
     notes: list[str] = []
     size = view.image.shape[1], view.image.shape[0]
     camera = read_sent(data, name, lambda path: load_camera(path, size=size, tell=notes.append))
-    note = re.sub(r"^\S*sent\.yaml", name, " ".join(notes))
+    note = re.sub(r"\S*sent\.yaml", name, " ".join(notes))
     try:
         return with_own_camera(replace(view, note=note), camera, name)
     except UserError:

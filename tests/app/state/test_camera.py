@@ -1,3 +1,5 @@
+import json
+
 import cv2
 import numpy as np
 import pytest
@@ -182,6 +184,12 @@ def test_a_camera_file_without_a_size_is_for_the_picture_in_view_and_notes_are_s
     loaded = optics.with_camera_file(view, data, "mine.json")
     assert (loaded.camera.fy, loaded.camera.width, loaded.camera.height) == (810, 640, 480)
     assert loaded.notes == ("mine.json: its skew of 0.1 pixels is taken as none",)
+
+
+def test_the_note_on_the_first_of_several_cameras_names_the_file_that_was_sent(view):
+    data = json.dumps({f"K{n}": [[700, 0, 319.5], [0, 700, 239.5], [0, 0, 1]] for n in (1, 2)}).encode()
+    note = optics.with_camera_file(view, data, "pair.json").note
+    assert note == "pair.json: has the cameras 1, 2; 1 is taken, pair.json#NAME takes another"
 
 
 def test_camera_file_of_half_the_size_is_scaled_and_says_so(view):

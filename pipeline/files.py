@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import IO, Any
 
 import yaml
-from dockpose.text import InputError, shown
+from dockpose.text import InputError, kind_in_words, shown
 
 try:
     import fcntl
@@ -240,6 +240,8 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
 
 def parse_yaml(data: bytes, name: str) -> dict[str, Any]:
     """Return the keys and values of YAML text, as :func:`read_yaml` does; ``name`` stands for it in messages."""
+    if (kind := kind_in_words(data)) is not None:
+        raise FileError(f"{name}: is {kind}")
     try:
         text = data.decode()
     except UnicodeDecodeError as error:
@@ -276,7 +278,9 @@ def read_small(path: str | Path, most_bytes: int, *, is_cut: bool = False) -> by
             raise
         raise FileError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
     if len(data) > most_bytes and not is_cut:
-        raise FileError(f"{path}: has more than the {most_bytes / 1e6:g} MB that are read")
+        kind = kind_in_words(data)
+        told = f"; it is {kind}" if kind else ""
+        raise FileError(f"{path}: has more than the {most_bytes / 1e6:g} MB that are read{told}")
     return data
 
 

@@ -1,6 +1,7 @@
-"""Text for people: the error whose text is one line, and values and names of files that are safe to print."""
+"""Text for people: the error that is one line; values, names and kinds of files in words that are safe to print."""
 
 import re
+from collections.abc import Iterable
 from typing import Any
 
 # What gives access: our own token, a password in an address (FFmpeg takes up to the last @ before a slash), and what
@@ -14,6 +15,22 @@ _SECRETS = (
 )
 _ADDRESS = re.compile(r"\w+://\S+")
 _LONGEST, _MOST_TEXT = 80, 900  # characters of a value that are quoted, and of a message
+# What files begin with that are given in place of others; results of ours first, which are no source.
+RESULTS = (
+    (b'{"schema":1,"source":', "results of estimate --json, of which export makes tables and plots"),
+    (b"source,frame,", "a table of results, as estimate --csv writes it"),
+    (b"# time_s ", "poses, as estimate --tum writes them"),
+    (b"PK\3\4", "a ZIP file; unpack it, and name a file of it"),
+    (b"<!doctype html", "a web page, as reports are"),
+)
+_OTHERS = (
+    *((start, "a picture") for start in (b"\x89PNG", b"\xff\xd8\xff", b"II*\0", b"MM\0*", b"GIF8")),
+    *((start, "a video") for start in (b"\x1aE\xdf\xa3", b"RIFF")),
+    *((start, "a bag") for start in (b"\x89MCAP", b"#ROSBAG", b"SQLite format 3")),
+    *((start, "packed; unpack it") for start in (b"\x1f\x8b", b"\x28\xb5\x2f\xfd", b"BZh")),
+    (b"%PDF", "a PDF file"),
+)
+MOST_START_BYTES = 32
 
 
 class InputError(ValueError):
@@ -73,3 +90,11 @@ def without_secrets(text: str) -> str:
 def public(text: str) -> str:
     """Text as people may see it, also a source's name: passwords and the like in its addresses are hidden."""
     return _ADDRESS.sub(lambda found: without_secrets(found[0]), text) if "://" in text else text
+
+
+def kind_in_words(start: bytes, kinds: Iterable[tuple[bytes, str]] = (*RESULTS, *_OTHERS)) -> str | None:
+    """What a file is that begins so, in words; None where that is not known."""
+    if start[4:8] == b"ftyp" and kinds is not RESULTS:
+        return "a video"
+    start = start[:MOST_START_BYTES].lower()
+    return next((words for begins, words in kinds if start.startswith(begins.lower())), None)

@@ -4,11 +4,12 @@ import argparse
 import math
 
 import numpy as np
-from dockpose.app.commands.console import EXIT_ALL_READ, put
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
 from dockpose.app.commands.progress import put_rich, table_of_numbers
 from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.experiment import read_session
+from dockpose.app.experiment.record import unlisted
 from dockpose.app.export.words import Checked, check_session
 from dockpose.app.inputs.pictures import save_dock
 from dockpose.camera.files import save_camera
@@ -28,6 +29,9 @@ def run(arguments: argparse.Namespace) -> int:
             check_place(path, option, is_new=True)
     with blaming(""):
         record = read_session(arguments.session)
+    lacking = list(unlisted(record))
+    for text in lacking:
+        say(text)
     checked = check_session(record, arguments.tape / 1000)
     _print(checked)
     put(*checked.told)
@@ -43,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
             save_camera(checked.corrected_camera, arguments.out_camera)
         focal = f"{checked.corrected_camera.fx:.1f}"
         put(f"The camera with a focal length of {focal} px is in {arguments.out_camera}; estimate --camera takes it.")
-    return EXIT_ALL_READ
+    return EXIT_SOME_UNREADABLE if lacking else EXIT_ALL_READ
 
 
 def _print(checked: Checked) -> None:

@@ -15,6 +15,7 @@ from dockpose.app.commands import console
 from dockpose.app.commands.output import ResultWriter
 from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError, blaming, check_place
+from dockpose.app.experiment.record import is_session
 from dockpose.app.export.recordings.ros import ENDING as MCAP_ENDING
 from dockpose.app.export.recordings.ros import Seen
 from dockpose.app.inputs.pictures import Batch, Picture, UnknownError
@@ -44,6 +45,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose estimate``; returns the exit status."""
     if arguments.session is not None:
         return run_session(arguments)
+    for source in arguments.sources:
+        if is_session(Path(source)):
+            raise UserError(f"{source}: is a session; estimate --session {source} does its frames again")
     if not arguments.sources:
         arguments.parser.error("give a SOURCE, or --session FOLDER")
     camera, dock, settings = given.camera_of(arguments), given.dock_of(arguments), given.settings_of(arguments)
@@ -193,10 +197,14 @@ def run_session(arguments: argparse.Namespace) -> int:
 def replay_session(folder: Path) -> int:
     """Estimate every frame of a session with its own camera, dock and settings, and print what differs."""
     from dockpose.app.experiment import read_session
+    from dockpose.app.experiment.record import unlisted
 
     with blaming("--session "):
         record = read_session(folder)
     changed = unreadable = followed = 0
+    lacking = list(unlisted(record))
+    for text in lacking:
+        console.say(text)
     for row in record.rows:
         if row.found_by == "following":  # from a frame that the session need not have
             followed += 1
@@ -215,7 +223,7 @@ def replay_session(folder: Path) -> int:
     rest += f", {unreadable} cannot be read" if unreadable else ""
     rest += f", {followed} followed from frames before, not searched again" if followed else ""
     console.put(f"{folder}: {same} of {len(record.rows)} rows give the same numbers{rest}.")
-    return console.EXIT_SOME_UNREADABLE if changed or unreadable else console.EXIT_ALL_READ
+    return console.EXIT_SOME_UNREADABLE if changed or unreadable or lacking else console.EXIT_ALL_READ
 
 
 def _replayed(record: "SessionRecord", row: "Row") -> str:

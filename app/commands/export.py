@@ -10,7 +10,7 @@ from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, p
 from dockpose.app.drawing.annotated import DRAWN, LAYERS, check_layers
 from dockpose.app.errors import UserError, blaming, check_folder, writing
 from dockpose.app.experiment import read_session
-from dockpose.app.experiment.record import is_session
+from dockpose.app.experiment.record import is_session, lacks
 from dockpose.app.inputs.pictures import camera_and_dock
 from dockpose.files import write_whole
 from dockpose.sources.bags.storage import check_regular
@@ -65,7 +65,10 @@ def _files(
     if rotate_deg and (is_session(source) or source.suffix.lower() in _LINES_ENDINGS):
         raise UserError(f"--rotate {rotate_deg} is for a picture; {source} says itself how its pictures lie")
     if is_session(source):
-        return session_files(read_session(source))
+        record = read_session(source)
+        for text in lacks(record):
+            lack(text)
+        return session_files(record)
     if source.suffix.lower() in _LINES_ENDINGS:
         return sequence_files(source, lack)
     if source.is_dir():

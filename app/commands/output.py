@@ -103,7 +103,7 @@ class ResultWriter:
 
     def put_sum(self, noun: str) -> None:
         """Say in how many of several pictures or frames a dock was found, and how many are missing."""
-        if self._is_silent or self.frames + self.left_out < 2:
+        if self._is_silent or self.frames + self.left_out < (2 if noun == "pictures" else 1):
             return
         out = f"; {self.left_out} left out" if self.left_out else ""
         out += f"; {self.dropped} more dropped, which came too fast" if self.dropped else ""

@@ -215,6 +215,25 @@ def files_of_session(folder: Path) -> Iterator[Path]:
     yield from (folder / FRAMES).glob("*")
 
 
+def unlisted(record: SessionRecord) -> Iterator[str]:
+    """A sentence on frames that have no row."""
+    frames = {f"{FRAMES}/{path.name}" for path in (record.folder / FRAMES).glob("*.png")}
+    if alone := sorted(frames - {row.file for row in record.rows}):
+        yield f"{record.folder}: {', '.join(alone)}: no row in {RESULTS}; a program was stopped, or the table was cut"
+
+
+def lacks(record: SessionRecord) -> Iterator[str]:
+    """Sentences on all that is missing: rows of frames, pictures and results of rows."""
+    yield from unlisted(record)
+    for row in record.rows:
+        if not (record.folder / row.file).is_file():
+            yield f"row {row.number}: {record.folder / row.file}: is not there"
+        try:
+            record.line(row)
+        except FileError as error:
+            yield f"row {row.number}: {error}"
+
+
 def read_session(folder: Path) -> SessionRecord:
     """Read a session's folder, even while a program is adding to it."""
     if not is_session(folder):

@@ -1,5 +1,6 @@
 """Picture files with their cameras and docks, in batches, and the sample scenes."""
 
+import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from dockpose.pose.known import KnownPose
 from dockpose.sidecar import read_sidecar, sample_path
 from dockpose.sources import Frame, SourceError, list_pictures
 from dockpose.sources.pictures import read_tagged
-from dockpose.text import InputError
+from dockpose.text import MOST_START_BYTES, RESULTS, InputError, kind_in_words
 
 Result = TypeVar("Result")
 
@@ -129,6 +130,10 @@ def load_sample(name: str) -> Picture:
 
 def camera_and_dock(path: Path, camera: Camera | None, dock: Dock | None) -> tuple[Camera, Dock]:
     """Find the camera and the dock of a file; where None is given, the YAML beside it says."""
+    if path.is_file():
+        with contextlib.suppress(OSError), path.open("rb") as file:
+            if (kind := kind_in_words(file.read(MOST_START_BYTES), RESULTS)) is not None:
+                raise FileError(f"{path}: is {kind}")
     if camera is None or dock is None:
         if not path.is_file():
             raise FileError(f"{path}: there is no such file")

@@ -291,3 +291,18 @@ def test_chosen_poses_are_written_as_slam_tools_read_them(tank, capfd, refusal):
     assert main([*words, "--tum", "o.tum"]) == 1
     assert "2 poses without a time left out" in capfd.readouterr().err
     assert "takes one source" in refusal("estimate", "t1.png", "film.mp4", *KNOWN, "--tum", "o.tum")
+
+
+def test_results_and_other_files_in_place_of_a_source_or_dock_are_named(tank, capfd, refusal):
+    assert (
+        main(["estimate", "s1.png", *KNOWN, "--rate", "5", "--json", "r.jsonl", "--csv", "r.csv", "--tum", "r.tum"])
+        == 0
+    )
+    assert main(["export", "s1.png", "--out", "r.zip"]) == 0
+    Path("session.yaml").write_text("schema: 1")
+    capfd.readouterr()
+    names = {"r.jsonl": "results of estimate --json", "r.csv": "a table of results", "r.tum": "poses", "r.zip": "a ZIP"}
+    for name, words in names.items():
+        assert f"{name}: is {words}" in refusal("estimate", name, *KNOWN, status=1)
+    assert "s1.png: is a picture" in refusal("estimate", "s1.png", "--camera", "camera.yaml", "--dock", "s1.png")
+    assert "estimate --session . does its frames again" in refusal("estimate", ".", *KNOWN)

@@ -13,7 +13,7 @@ from dockpose.app.commands.estimate import replay_session
 from dockpose.app.drawing.annotated import LAYERS
 from dockpose.app.drawing.colours import TRUTH_COLOUR, bgr
 from dockpose.app.errors import UserError
-from dockpose.app.experiment import Session
+from dockpose.app.experiment import Session, read_session
 from dockpose.app.export.bundle import read_lines
 from dockpose.app.inputs.pictures import load_sample
 from dockpose.files import FileError
@@ -184,6 +184,22 @@ def test_replaying_says_what_differs_and_why(folder, capsys):
     assert second.startswith("row 3: ")
     assert "the picture's file was changed" in second
     assert last.endswith("1 of 3 rows give the same numbers, 2 differ.")
+
+
+def test_what_a_session_lacks_is_named_with_status_1(folder, tmp_path, capsys):
+    for path in ("frames/0001.png", "frames/0002.json"):
+        (folder / path).unlink()
+    table = (folder / "results.csv").read_bytes()
+    (folder / "results.csv").write_bytes(b"".join(table.splitlines(keepends=True)[:-1]))
+    assert export(folder, tmp_path / "t.csv") == 1
+    told = capsys.readouterr().err.splitlines()
+    assert [any(name in line for line in told) for name in ("0001.png: is", "0002.json", "0003.png: no row")] == [
+        True
+    ] * 3
+    assert len(told) == 3
+    (folder / "results.csv").write_bytes(table[:-60])
+    with pytest.raises(FileError, match="row 3 has fewer cells than columns"):
+        read_session(folder)
 
 
 def test_replaying_tells_frames_that_cannot_be_read(folder, capsys):

@@ -131,7 +131,7 @@ def test_a_file_without_a_camera_or_with_a_wrong_one_is_refused(write, text, mes
 
 def test_a_file_that_is_no_text_or_is_missing_is_refused(tmp_path):
     (tmp_path / "c.yaml").write_bytes(b"\x89PNG\xff\xfe\x00")
-    with pytest.raises(FileError, match="not a text file"):
+    with pytest.raises(FileError, match=r"c\.yaml: is a picture"):
         load_camera(tmp_path / "c.yaml")
     with pytest.raises(FileError, match=r"none\.yaml: cannot be read"):
         load_camera(tmp_path / "none.yaml")

@@ -17,7 +17,7 @@ _ADDRESS = re.compile(r"\w+://\S+")
 _LONGEST, _MOST_TEXT = 80, 900  # characters of a value that are quoted, and of a message
 # What files begin with that are given in place of others; results of ours first, which are no source.
 RESULTS = (
-    (b'{"schema":1,"source":', "results of estimate --json, of which export makes tables and plots"),
+    (b'{"schema":1,"source":', "a file of results by estimate --json; export makes tables and plots of it"),
     (b"source,frame,", "a table of results, as estimate --csv writes it"),
     (b"# time_s ", "poses, as estimate --tum writes them"),
     (b"PK\3\4", "a ZIP file; unpack it, and name a file of it"),

@@ -150,7 +150,7 @@ class TumFile:
     def summary(self) -> str:
         """How many poses it has, and why others are missing, in words."""
         text = count(self.poses, "pose")
-        text += f"; left out: {count(self.without_pose, 'frame')} without a measured pose" if self.without_pose else ""
+        text += f"; left out: {count(self.without_pose, 'frame')} without a chosen pose" if self.without_pose else ""
         return f"{text}; left out: {count(self.without_time, 'pose')} without a time" if self.without_time else text
 
 

@@ -287,7 +287,7 @@ def test_chosen_poses_are_written_as_slam_tools_read_them(tank, capfd, refusal):
     np.testing.assert_array_equal(np.loadtxt("o.tum"), expected)
     assert [row[0] for row in expected] == [0.0, 0.25]
     assert main([*words[:-1], "--rate", "4", "--tum", "o.tum"]) == 0
-    assert "--tum o.tum: 2 poses; left out: 1 frame without a measured pose" in capfd.readouterr().out
+    assert "--tum o.tum: 2 poses; left out: 1 frame without a chosen pose" in capfd.readouterr().out
     assert main([*words, "--tum", "o.tum"]) == 1
     assert "2 poses without a time left out" in capfd.readouterr().err
     assert "takes one source" in refusal("estimate", "t1.png", "film.mp4", *KNOWN, "--tum", "o.tum")
@@ -301,7 +301,7 @@ def test_results_and_other_files_in_place_of_a_source_or_dock_are_named(tank, ca
     assert main(["export", "s1.png", "--out", "r.zip"]) == 0
     Path("session.yaml").write_text("schema: 1")
     capfd.readouterr()
-    names = {"r.jsonl": "results of estimate --json", "r.csv": "a table of results", "r.tum": "poses", "r.zip": "a ZIP"}
+    names = {"r.jsonl": "a file of results", "r.csv": "a table of results", "r.tum": "poses", "r.zip": "a ZIP"}
     for name, words in names.items():
         assert f"{name}: is {words}" in refusal("estimate", name, *KNOWN, status=1)
     assert "s1.png: is a picture" in refusal("estimate", "s1.png", "--camera", "camera.yaml", "--dock", "s1.png")

@@ -83,7 +83,9 @@ def _tell(views: Sequence[BoardView], looked: Looked | None, used: int, about: S
 
 def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | None]:
     """The boards in pictures, or in the frames of the one video or live source that was named."""
-    if not is_of_frames(sources):
+    with blaming(""):
+        is_video = is_of_frames(sources)
+    if not is_video:
         gathering = Gathering(board)
         paths = expand(sources)
         sought = f"looking for a board of {board.columns} x {board.rows} squares"
@@ -115,7 +117,8 @@ def _board(arguments: argparse.Namespace) -> Board:
     if arguments.board is None:
         if arguments.charuco is not None:
             raise UserError("--board is needed with --charuco: columns x rows of squares, as 10x7")
-        counts = squares_in(arguments.sources)
+        with blaming(""):
+            counts = squares_in(arguments.sources)
         say(f"the board has {counts[0]} x {counts[1]} squares, as most pictures show; --board sets another size")
         arguments.board = f"{counts[0]}x{counts[1]}"
     counts = two_numbers(f"--board {arguments.board}", arguments.board, "columns x rows, as 10x7")

@@ -112,7 +112,8 @@ def test_the_page_is_told_where_the_camera_sits_without_an_autopilot_too(tmp_pat
 
 
 def test_what_cannot_be_served_is_said(tmp_path, refusal):
-    for words in (["gone.png"], ["serve", "--folder", str(tmp_path / "none")], ["serve", "--port", "70000"]):
+    assert refusal("gone.png", status=1)
+    for words in (["serve", "--folder", str(tmp_path / "none")], ["serve", "--port", "70000"]):
         assert refusal(*words)
 
 

@@ -20,7 +20,7 @@ _EXPANDED_BYTES = 50_000_000
 _NUMBER = r"[-+.\deE]+"
 _COLMAP_LINE = re.compile(rf"^[ \t]*(\d+)[ \t]+([A-Z_]+)((?:[ \t]+{_NUMBER})+)[ \t]*\r?$", re.MULTILINE)
 _OST_ENTRY = re.compile(rf"^(width|height|camera matrix|distortion)\s*\n((?:{_NUMBER}[ \r\n]+)+)", re.MULTILINE)
-_ASSIGNED = re.compile(rf"^(\w+)\s*=\s*\[?((?:{_NUMBER}|[ \t;,])+)\]?[ \t]*;", re.MULTILINE)
+_ASSIGNED = re.compile(r"^(\w+)[ \t]*=[ \t]*\[?([-+.\deE \t;,]+)\]?[ \t]*;", re.MULTILINE)
 _ZED = {"2K": (2208, 1242), "FHD": (1920, 1080), "HD": (1280, 720), "VGA": (672, 376)}
 _ZED |= {"FHD1200": (1920, 1200), "SVGA": (960, 600), "4K": (3840, 2160), "QHDPLUS": (3200, 1800)}
 

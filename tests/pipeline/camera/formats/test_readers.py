@@ -673,6 +673,7 @@ def test_the_region_of_a_sensor_is_taken_off(write):
             ),
             "projection matrix is for pictures 2 times as large as its k is",
         ),
+        ("fc = [ " + "1" * 5000 + "x", "not valid YAML|holds no keys"),  # whose search must not take for ever
         ("<opencv_storage><a>", "not valid XML"),
         ("<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>", "defines entities"),
         ("<calibrations/>", "not a camera file"),

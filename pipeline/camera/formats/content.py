@@ -11,6 +11,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
+from dockpose.camera.formats.fields import numbers_in
 from dockpose.camera.formats.mat import mat_content
 from dockpose.camera.formats.words import foreign
 from dockpose.files import MOST_BYTES, FileError, parse_yaml
@@ -57,7 +58,7 @@ def content_of(data: bytes, name: str) -> Any:
     ).keys():
         return given  # Calib_Results.m
     if re.search(r"^[ \t]*[\w.\"-]+[ \t]*=", text, re.MULTILINE):
-        with contextlib.suppress(ValueError):
+        with contextlib.suppress(ValueError, RecursionError):
             return _with_sizes(tomllib.loads(text))
         with contextlib.suppress(configparser.Error):
             parser = configparser.ConfigParser(interpolation=None)
@@ -82,8 +83,9 @@ def _with_sizes(found: dict[str, Any]) -> dict[str, Any]:
     for name, values in found.items():
         side, _, size = name.partition("_CAM_")
         if size in _ZED and isinstance(values, dict):
-            values |= found.get(f"{side}_DISTO", {})
-            if abs(2 * float(values.get("cy", 0)) / _ZED[size][1] - 1) < 0.25:
+            values |= lens if isinstance(lens := found.get(f"{side}_DISTO"), dict) else {}
+            cy = numbers_in(values.get("cy"))
+            if len(cy) == 1 and abs(2 * cy[0] / _ZED[size][1] - 1) < 0.25:
                 values |= dict(zip(("width", "height"), _ZED[size], strict=True))
     return {name: values for name, values in found.items() if not name.endswith("_DISTO")}
 

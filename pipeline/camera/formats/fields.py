@@ -100,14 +100,14 @@ class Fields:
         """Raise ValueError where a key was not read that bears a lens, a model, a size or a matrix."""
         known = {0.0, 1.0}
         for key, _, value in self.entries:
-            known.update(_numbers_in(value) if self._is_read(key) else ())
+            known.update(numbers_in(value) if self._is_read(key) else ())
         for key, _, value in self.entries:
             parts = [plain(part) for part in key.split(".")]
             if self._is_read(key) or any(map(_HARMLESS.search, parts)):
                 continue
             if isinstance(value, str) and MODEL.fullmatch(parts[-1]) and LENS_WORDS.search(plain(value)):
                 raise ValueError(f"its {key} {shown(value)} is not read; say the lens model as distortion_model")
-            numbers = _numbers_in(value)
+            numbers = numbers_in(value)
             if not numbers or (set(numbers) <= known and value is not True):
                 continue
             is_row = len(numbers) in (4, 5, 8, 12, 14) and max(map(abs, numbers)) < _MOST_BENT  # under a misspelt name
@@ -146,7 +146,7 @@ def _entries(content: Mapping[Any, Any]) -> list[tuple[str, str, Any]]:
     return found
 
 
-def _numbers_in(value: Any) -> list[float]:
+def numbers_in(value: Any) -> list[float]:
     """The numbers of a number, of text that is one, of lists or a matrix of them; none of what is something else."""
     if isinstance(value, Mapping):
         value = value.get("data")
@@ -168,7 +168,7 @@ def size_in(fields: Fields, middle: tuple[float, float]) -> tuple[Any, Any] | No
     """Width and height by whatever keys, told apart where need be by where the middle is; None without them."""
     found = [(key, value, two) for key, value in fields.named(_SIZE) if (two := _two(key, value, middle))]
     for (x, width), (y, height) in zip(fields.named(_WIDTH), fields.named(_HEIGHT), strict=False):
-        numbers = [*_numbers_in(width), *_numbers_in(height)]
+        numbers = [*numbers_in(width), *numbers_in(height)]
         # What is no number is told as it is.
         two = (whole(numbers[0]), whole(numbers[1])) if len(numbers) == 2 else (width, height)
         if len(numbers) != 2 or min(numbers) >= _LEAST_PX or plain(x) not in ("cols", "w", "nx"):
@@ -186,7 +186,7 @@ def size_in(fields: Fields, middle: tuple[float, float]) -> tuple[Any, Any] | No
 
 def _two(key: str, value: Any, middle: tuple[float, float]) -> tuple[Any, Any] | None:
     """Width and height of a pair, of text as 640x480, of the shape of an array; None of anything else."""
-    numbers = [float(each) for each in re.findall(r"\d+", value)] if isinstance(value, str) else _numbers_in(value)
+    numbers = [float(each) for each in re.findall(r"\d+", value)] if isinstance(value, str) else numbers_in(value)
     is_shape = plain(key.rpartition(".")[2]).endswith("shape")
     if len(numbers) == 3 and numbers[2] in (1, 3, 4):  # an array's, with its channels
         numbers = [numbers[1], numbers[0]]
@@ -195,7 +195,7 @@ def _two(key: str, value: Any, middle: tuple[float, float]) -> tuple[Any, Any] |
         numbers = numbers[:2]
     if len(numbers) != 2 or min(numbers) < 1:
         return None
-    own, turned = (max(abs(2 * x / w - 1) for x, w in zip(middle, each, strict=True))
+    own, turned = (max(abs(2 * float(x) / w - 1) for x, w in zip(middle, each, strict=True))
                    for each in (numbers, numbers[::-1]))  # fmt: skip
     if is_shape and numbers[0] != numbers[1] and (min(own, turned) > _MOST_OFF or abs(own - turned) < _MOST_OFF / 2):
         raise ValueError(f"its {key} {shown(value)} may be height x width or not; say image_width and image_height")

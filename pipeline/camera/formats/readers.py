@@ -228,8 +228,9 @@ def _by_matrix(content: Fields) -> Iterator[tuple[str, Described]]:
         K = matrix_of(key, content[key])
         P = content.first("projectionmatrix", "p")
         if P is not None and (flat := numbers_of("projection_matrix", P).ravel()).size == 12:
-            ratios = flat[[0, 5, 2, 6]] / np.maximum(K[[0, 1, 0, 1], [0, 1, 2, 2]], 1)
-            if np.ptp(ratios) < _ALIKE * ratios.max() and abs(ratios[0] - 1) > _OTHER_SIZE:
+            pairs = zip(flat[[0, 5, 2, 6]].tolist(), K[[0, 1, 0, 1], [0, 1, 2, 2]].tolist(), strict=True)
+            ratios = [one / max(other, 1.0) for one, other in pairs]
+            if max(ratios) - min(ratios) < _ALIKE * max(ratios) and abs(ratios[0] - 1) > _OTHER_SIZE:
                 raise ValueError(
                     f"its projection matrix is for pictures {ratios[0]:.3g} times as large as its {key} is; "
                     "which of them is of the size that it says?"

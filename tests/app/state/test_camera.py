@@ -203,7 +203,7 @@ def test_camera_file_of_half_the_size_is_scaled_and_says_so(view):
     ("data", "words"),
     [
         (b"", r"mine\.yaml: holds no keys"),
-        (b"\x89PNG\xff", r"mine\.yaml: is not a text file"),
+        (b"\x89PNG\xff", r"mine\.yaml: is a picture"),
         (b"camera: {fx_px: 1, colour: red}", r"mine\.yaml: .*"),
     ],
 )

@@ -1,8 +1,7 @@
 """The threshold methods on random scenes, HATS against its rivals (Figure 15), and HATS from literal to ours."""
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Collection
 
 import numpy as np
 from dockpose.camera.image import to_grey
@@ -24,35 +23,19 @@ from dockpose.thresholds.hats import (
     background_mode,
 )
 
-
-@dataclass(frozen=True)
-class Scheme:
-    """Which steps are taken beyond the literal reading; none by default."""
-
-    min_area_px: int = 1  # smaller groups do not count
-    is_bounded: bool = False  # candidates end above the background and at saturation
-    has_every_level: bool = False  # every level is a candidate, not peaks alone
-    in_a_row: bool = False  # a count's votes are those of its longest unbroken run of candidates, not of all
-    by_brightness: bool = False  # a vote weighs by its reach in the logarithm of brightness above the background
-    largest_real: bool = False  # elected is the largest count with a real share of the votes, not the one with the most
-    above_noise: bool = False  # levels at which noise dissolves do not vote, and the level keeps clear of noise
-
-
-# Each step adds to the one before.
-_NAMES = ("bounds", "every level", "unbroken run", "log brightness", "largest real count", "clear of noise")
+# Steps beyond the literal reading, each of which adds to those before.
+_NAMES = (
+    "minimum area",  # groups below two pixels do not count
+    "bounds",  # candidates end above the background and at saturation
+    "every level",  # is a candidate, not peaks alone
+    "unbroken run",  # a count's votes are those of its longest run of candidates, not of all
+    "log brightness",  # a vote weighs by its reach in the logarithm of brightness above the background
+    "largest real count",  # elected is the largest count with a real share of the votes, not the one with the most
+    "clear of noise",  # levels at which noise dissolves do not vote, and the level keeps clear of noise
+)
 LITERAL = "literal"
-STEPS = {LITERAL: Scheme(), "+ minimum area": Scheme(2)}
-STEPS |= {f"+ {name}": Scheme(2, *[True] * number) for number, name in enumerate(_NAMES, start=1)}
-
-
-@dataclass(frozen=True)
-class Vote:
-    """How the candidates voted."""
-
-    level: int  # elected, 0..255; 256 where there is no candidate with a group
-    groups: int  # elected
-    candidates: np.ndarray  # (n,): levels, from bright to dark
-    counts: np.ndarray  # (n,): number of groups at each
+STEPS: dict[str, tuple[str, ...]] = {LITERAL: ()}
+STEPS |= {f"+ {name}": _NAMES[:number] for number, name in enumerate(_NAMES, start=1)}
 
 
 def local_peaks(counts: np.ndarray) -> np.ndarray:
@@ -62,33 +45,35 @@ def local_peaks(counts: np.ndarray) -> np.ndarray:
 
 
 # What the paper leaves open is chosen the plainest way; ``literal_hats`` in static/parts.toml lists it.
-def literal_hats(histogram: Histogram, scheme: Scheme = STEPS[LITERAL]) -> Vote:
-    """Choose a level by the literal reading, or with the steps of a scheme; the brightest of the elected candidates."""
+def literal_hats(histogram: Histogram, steps: Collection[str] = ()) -> int:
+    """The level of the literal reading, or with some steps; the brightest of the elected candidates, 256 for none."""
     mode, floor, top = 0, 0, LEVELS - 1
-    if scheme.is_bounded:
+    if "bounds" in steps:
         mode, floor = background_mode(histogram.sketch), background_limit(histogram.sketch)
     if floor >= LEVELS or (pixels := histogram.bright(floor)).is_empty:
-        return Vote(LEVELS, 0, np.empty(0, dtype=int), np.empty(0, dtype=int))
-    groups = pixels.groups_at_every_level(scheme.min_area_px)
-    if scheme.is_bounded:
+        return LEVELS
+    groups = pixels.groups_at_every_level(_min_area_px(steps))
+    if "bounds" in steps:
         top = max(floor, min(int(pixels.level.max()), SATURATED))
-    if scheme.above_noise:
+    if "clear of noise" in steps:
         floor = above_noise(groups, floor, top)
-    candidates = np.arange(LEVELS)[::-1] if scheme.has_every_level else local_peaks(histogram.counts)
+    candidates = np.arange(LEVELS)[::-1] if "every level" in steps else local_peaks(histogram.counts)
     candidates = candidates[(candidates >= floor) & (candidates <= top)]
-    counts = groups[candidates]
     weights = np.ones(len(candidates))
-    if scheme.by_brightness:  # each stands for the brightness above the background down to the next, or the floor
+    if "log brightness" in steps:  # each stands for the brightness above the background down to the next, or the floor
         reached = np.append(candidates[1:], floor - 1)
         weights = np.log((candidates - mode + DIM_LEVELS) / (reached - mode + DIM_LEVELS))
-    runs = _runs(counts, weights, scheme.in_a_row)
+    runs = _runs(groups[candidates], weights, "unbroken run" in steps)
     if not runs:
-        return Vote(LEVELS, 0, candidates, counts)
-    elected = _elected(runs, float(weights.sum()), scheme)
-    first, length, _ = runs[elected]
-    if scheme.above_noise:
+        return LEVELS
+    first, length, _ = runs[_elected(runs, float(weights.sum()), "largest real count" in steps)]
+    if "clear of noise" in steps:
         first += max(0, min(math.floor(RISE_NOISE * histogram.noise) - 1, (length - 1) // 2))
-    return Vote(int(candidates[first]), elected, candidates, counts)
+    return int(candidates[first])
+
+
+def _min_area_px(steps: Collection[str]) -> int:
+    return 2 if "minimum area" in steps else 1
 
 
 Runs = dict[int, tuple[int, int, float]]
@@ -108,10 +93,10 @@ def _runs(counts: np.ndarray, weights: np.ndarray, in_a_row: bool) -> Runs:
     return found
 
 
-def _elected(runs: Runs, weight: float, scheme: Scheme) -> int:
+def _elected(runs: Runs, weight: float, largest_real: bool) -> int:
     """The count with the most votes, or the largest with a real share of them; of several the largest."""
     needed, least = max(votes for _, _, votes in runs.values()), 0
-    if scheme.largest_real:
+    if largest_real:
         needed = min(needed, REAL_SHARE * weight)
         least = min(REAL_LEVELS, max(length for _, length, _ in runs.values()))
     # Sums of weights are compared regardless of the order in which they were added.
@@ -139,9 +124,11 @@ def compare_schemes(seed: int) -> Tally:
     """Search the same scenes by the literal HATS, with each of ``STEPS``, and by ours."""
 
     def searches(histogram: Histogram) -> dict[str, Settings]:
-        levels = {name: min(literal_hats(histogram, scheme).level, LEVELS - 1) for name, scheme in STEPS.items()}
-        steps = {name: Settings("fixed", level, STEPS[name].min_area_px) for name, level in levels.items()}
-        return {**steps, OURS: Settings()}
+        fixed = {
+            name: Settings("fixed", min(literal_hats(histogram, steps), LEVELS - 1), _min_area_px(steps))
+            for name, steps in STEPS.items()
+        }
+        return {**fixed, OURS: Settings()}
 
     return _compared(seed, searches)
 

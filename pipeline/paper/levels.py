@@ -68,8 +68,7 @@ class AtLevel:
     kept: float  # share of the picture that is at or above it
     groups: int  # of at least the minimum area
     found: Estimate
-    distance_m: float  # of the chosen pose from the true one; NaN where there is none
-    angle_deg: float  # between their normals
+    off: tuple[float, float]  # see :meth:`Picture.off`
     is_right: bool  # whether the chosen pose is the true one
 
 
@@ -90,9 +89,15 @@ class Picture:
         settings = Settings(method="fixed", level=level)
         found = estimate(self.image, self.scene.camera, self.scene.dock, settings, fall_back=False)
         kept = float((self.histogram.levels >= level).mean())
-        errors = (np.nan, np.nan) if found.selected is None else pose_errors(found.selected, self.truth)
         right = is_right(found.selected, self.truth, RIGHT_SHARE)
-        return AtLevel(level, kept, int(self.groups[level]), found, *errors, right)
+        return AtLevel(level, kept, int(self.groups[level]), found, self.off(found), right)
+
+    def off(self, found: Estimate) -> tuple[float, float]:
+        """How far the chosen pose is off in millimetres, and its normal in degrees; NaN where there is none."""
+        if found.selected is None:
+            return np.nan, np.nan
+        off_m, off_deg = pose_errors(found.selected, self.truth)
+        return 1000 * off_m, off_deg
 
     def losing_level(self, share: float = 0.5) -> int:
         """The lowest level above HATS's at which at most this share of the lights is left."""

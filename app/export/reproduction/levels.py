@@ -45,8 +45,7 @@ def figure_3(seed: int) -> Part:
     for name, one in seen.items():
         ellipse = one.found.ellipse
         shape = (None,) * 4 if ellipse is None else (*ellipse.centre_px, *ellipse.semi_axes_px)
-        counts = one.level, one.kept, one.groups, one.found.lights_on_ring
-        rows.append((name, *counts, *shape, 1000 * one.distance_m, one.angle_deg))
+        rows.append((name, one.level, one.kept, one.groups, one.found.lights_on_ring, *shape, *one.off))
     return Part.of("figure_3", {"main": figure}, {"main": rows}, picture=picture, seen=seen)
 
 
@@ -60,7 +59,7 @@ def figure_8(seed: int) -> Part:
     for axes, (name, picture) in zip(grid, pictures.items(), strict=True):
         one = seen[name]
         counts = picture.hats.floor, picture.lights, one.groups, one.found.lights_on_ring
-        rows.append((name, one.level, *counts, 1000 * one.distance_m, one.angle_deg))
+        rows.append((name, one.level, *counts, *one.off))
         show(axes[0], picture.image, f"{name}\nlevel {one.level}, {one.groups} groups", found=one.found)
         draw.draw_histogram(axes[1], picture.histogram.counts, one.level)
         draw.draw_groups(axes[2], picture.groups, one.level, picture.lights)

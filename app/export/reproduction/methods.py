@@ -6,7 +6,7 @@ from itertools import chain, pairwise
 import numpy as np
 from dockpose.app.drawing.annotated import kept_pixels
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE
-from dockpose.app.export.parts import Cell, Part, Rows, by_verdict, verdict
+from dockpose.app.export.parts import Part, Rows, by_verdict, verdict
 from dockpose.app.export.reproduction import pictures as draw
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, show
 from dockpose.app.processing.comparison import compare
@@ -15,7 +15,7 @@ from dockpose.paper import rivals
 from dockpose.paper.levels import RIGHT_SHARE, Picture
 from dockpose.paper.rivals import ANY_LEVEL, COLUMNS, LITERAL, OURS, PER_LIGHT, STEPS, Tally
 from dockpose.paper.scenes import tank_scenes
-from dockpose.study.judge import is_right, pose_errors
+from dockpose.study.judge import is_right
 from dockpose.study.statistics import Difference, Share, paired_difference, share_of
 from matplotlib.figure import Figure
 
@@ -26,11 +26,11 @@ NAMES = {
     "kittler": "Kittler-Illingworth",
     "kapur": "maximum entropy",
 }
-# Each of ``COLUMNS`` in words and as the head of a column.
+# Each of ``COLUMNS`` in words.
 _WORDS = {
-    "exact": ("the groups are exactly the lights", "exactly the lights (%)"),
-    "plain_chain": ("a pose of the ellipse through all groups is right", "ellipse of all right (%)"),
-    "right": ("the pose that our further steps choose is right", "chosen pose right (%)"),
+    "exact": "the groups are exactly the lights",
+    "plain_chain": "a pose of the ellipse through all groups is right",
+    "right": "the pose that our further steps choose is right",
 }
 _LOOKS = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"))
 _ONE_SCENE = "uneven lighting"
@@ -47,12 +47,11 @@ def figure_15(seed: int) -> Part:
         name: {method: is_right(one.selected, pictures[name].truth, RIGHT_SHARE) for method, one in of.items()}
         for name, of in found_in.items()
     }
-    one_scene: list[tuple[Cell, ...]] = []
-    for name, one in found.items():
-        off_m, off_deg = (np.nan, np.nan) if one.selected is None else pose_errors(one.selected, picture.truth)
-        shown = NAMES[name], _level(one), _seen(one), one.lights_on_ring
-        one_scene.append((*shown, 1000 * off_m, off_deg, one.message))
-    in_tank = [
+    one_scene = [
+        (NAMES[name], _level(one), _seen(one), one.lights_on_ring, *picture.off(one), one.message)
+        for name, one in found.items()
+    ]
+    tank = [
         (name, *(f"{_level(one)}: {_seen(one)}, {_NOT[right[name][method]]}right" for method, one in of.items()))
         for name, of in found_in.items()
     ]
@@ -64,9 +63,9 @@ def figure_15(seed: int) -> Part:
         {"main": _draw_methods(picture, found)},
         {
             "one_scene": one_scene,
-            "tank": [("scene", *NAMES.values()), *in_tank],
+            "tank": [("scene", *NAMES.values()), *tank],
             "main": share_rows(tally, cases),
-            "differences": _interval_rows("HATS less", {name: of.values() for name, of in against.items()}),
+            "differences": [(name, *_in_percent(of.values())) for name, of in against.items()],
         },
         scene=_ONE_SCENE,
         picture=picture,
@@ -96,7 +95,7 @@ def literal_hats(seed: int) -> Part:
     axes = figure.add_subplot()
     shares = _shares(tally)
     for number, (column, looks) in enumerate(zip(COLUMNS, _LOOKS, strict=True)):
-        places, label = np.arange(len(steps)) + 0.22 * (number - 1), _WORDS[column][0]
+        places, label = np.arange(len(steps)) + 0.22 * (number - 1), _WORDS[column]
         of_steps = [vars(shares[column][step]) for step in steps]
         draw.draw_intervals(axes, places, of_steps, looks, across=True, ms=5, capsize=2, label=label)
     axes.set_yticks(range(len(steps)), steps)
@@ -110,7 +109,7 @@ def literal_hats(seed: int) -> Part:
         {"main": figure},
         {
             "main": share_rows(tally, cases),
-            "steps": _interval_rows("step", {step: of.values() for step, of in gains.items()}),
+            "steps": [(step, *_in_percent(of.values())) for step, of in gains.items()],
         },
         cases=2 * rivals.SCENES_A_HALF,
         exact=[shares["exact"][name] for name in (LITERAL, OURS)],
@@ -138,24 +137,20 @@ def _shares(tally: Tally) -> dict[str, dict[str, Share]]:
 
 
 def share_rows(tally: Tally, rows: Mapping[str, str]) -> Rows:
-    """Head and shares of each method in per cent with their intervals; ``rows`` has the methods' names in words."""
-    shares = _shares(tally)
-    head, *table = _interval_rows(
-        "method", {title: [shares[column].get(method) for column in COLUMNS] for method, title in rows.items()}
-    )
-    for method, row in zip(rows, table, strict=True):
+    """Shares of each method in per cent with their intervals; ``rows`` has the methods' names in words."""
+    shares, table = _shares(tally), []
+    for method, title in rows.items():
         right = tally["right"].get(method)
-        row += [None] * 2 if right is None else [100 * float(half.mean()) for half in np.split(right, 2)]
-    return [[*head, "plain half", "hard half"], *table]
-
-
-def _interval_rows(first: str, rows: Mapping[str, Iterable[Share | Difference | None]]) -> list[list[Cell]]:
-    """Head and rows of values by column in per cent with their intervals."""
-    table: list[list[Cell]] = [[first, *(cell for _, column in _WORDS.values() for cell in (column, "from", "to"))]]
-    for name, of in rows.items():
-        cells = ([None] * 3 if one is None else [100 * one.value, 100 * one.low, 100 * one.high] for one in of)
-        table.append([name, *chain(*cells)])
+        halves = [None] * 2 if right is None else [100 * float(half.mean()) for half in np.split(right, 2)]
+        table.append([title, *_in_percent(shares[column].get(method) for column in COLUMNS), *halves])
     return table
+
+
+def _in_percent(found: Iterable[Share | Difference | None]) -> Iterable[float | None]:
+    """Values in per cent, each with its interval."""
+    return chain.from_iterable(
+        [None] * 3 if one is None else [100 * one.value, 100 * one.low, 100 * one.high] for one in found
+    )
 
 
 def _differences(tally: Tally, first: str, second: str) -> dict[str, Difference]:

@@ -41,7 +41,7 @@ def test_a_picture_at_a_level(picture):
     assert level < high
     one = picture.at(level)
     assert (one.groups, one.found.lights_on_ring, one.is_right) == (12, 12, True)
-    assert one.distance_m < 0.005
+    assert one.off[0] < 5
     assert one.kept == pytest.approx((picture.image >= level).mean())
 
 

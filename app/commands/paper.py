@@ -89,7 +89,7 @@ def run_study(arguments: argparse.Namespace) -> int:
         with FrameProgress("study", total=arguments.scenes, unit="scenes") as progress:
             study.run(arguments.jobs, arguments.scheduler, progress.reach)
     except KeyboardInterrupt as stopped:
-        kept = f"{study.done} of {study.scenes} scenes are kept in {study.folder}"
+        kept = f"{len(study.done)} of {study.scenes} scenes are kept in {study.folder}"
         say(f"stopped; {kept}, and the same command goes on from there")
         return status_of(stopped)
     # Matplotlib takes a while to load, which the other commands need not wait for.

@@ -4,9 +4,10 @@ import csv
 import functools
 import hashlib
 import io
+import itertools
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,8 +25,7 @@ from dockpose.study.judge import ELAPSED, as_text, methods, scene_rows
 
 _ABOUT, _SCENES, STUDY_CSV, COST_CSV = "study.json", "scenes", "study.csv", "cost.csv"
 _COST = ("scene", "method", "width_px", "height_px", ELAPSED)
-# Idle threads of the linear algebra would take the cores from the other processes.
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,10 @@ class Study:
                 lock.release()
 
     @property
-    def done(self) -> int:
-        """Number of scenes that are done."""
-        return len(self._kept())
+    def done(self) -> set[int]:
+        """The scenes that are done."""
+        names = (path.stem for path in (self.folder / _SCENES).glob("*.csv"))
+        return {int(name) for name in names if name.isdecimal()}
 
     def _begin(self) -> None:
         """Check that what is in the folder belongs to this study, and note what it is."""
@@ -65,7 +66,7 @@ class Study:
         path, why = self.folder / _ABOUT, ""
         if path.exists():
             why = _differs(json.loads(path.read_text(encoding="utf-8")), about)
-        elif self._kept():
+        elif self.done:
             why = f"has scenes of a study, but no {_ABOUT}; "
         if why:
             raise UserError(f"--out {self.folder}: {why}use another folder")
@@ -74,51 +75,39 @@ class Study:
 
     def _work(self, jobs: int, scheduler: str | None, done: Callable[[int], None]) -> None:
         """Work on what is left."""
-        kept = self._kept()
+        kept = self.done
         done(len(kept))
-        todo = [scene for scene in range(self.scenes) if scene not in kept]
-        if not todo:
+        if len(kept) == self.scenes:
             return
-        before = dict(os.environ)
-        os.environ |= dict.fromkeys(_ONE_THREAD, "1")
-        try:
-            with workers(jobs, scheduler) as (executor, _):
-                waiting = {executor.submit(scene_text, self.seed, scene): scene for scene in todo}
-                for number, future in enumerate(as_completed(waiting), start=1):
-                    scene, (code, text) = waiting.pop(future), future.result()
-                    if code != code_print():
-                        raise UserError("a worker runs a different version of dockpose; all must run the same")
-                    if text.count("\n") != 1 + len(methods()):
-                        raise UserError(f"scene {scene}: a worker did not send all of its rows")
-                    write_whole(self._path(scene), text.encode())
-                    sync_folder(self.folder / _SCENES)
-                    done(len(kept) + number)
-        finally:
-            for name in _ONE_THREAD:
-                os.environ.pop(name)
-            os.environ |= before
-
-    def _kept(self) -> set[int]:
-        """The scenes that are done."""
-        names = (path.stem for path in (self.folder / _SCENES).glob("*.csv"))
-        return {int(name) for name in names if name.isdecimal()}
+        # Idle threads of the workers' linear algebra would take the cores from each other.
+        os.environ |= dict.fromkeys(_THREADS, "1")
+        todo = [scene for scene in range(self.scenes) if scene not in kept]
+        with workers(jobs, scheduler) as (executor, _):
+            waiting = {executor.submit(scene_text, self.seed, scene): scene for scene in todo}
+            for number, future in enumerate(as_completed(waiting), start=1):
+                scene, (code, text) = waiting.pop(future), future.result()
+                if code != code_print():
+                    raise UserError("a worker runs a different version of dockpose; all must run the same")
+                if text.count("\n") != 1 + len(methods()):
+                    raise UserError(f"scene {scene}: a worker did not send all of its rows")
+                write_whole(self._path(scene), text.encode())
+                sync_folder(self.folder / _SCENES)
+                done(len(kept) + number)
 
     def _path(self, scene: int) -> Path:
         return self.folder / _SCENES / f"{scene:06d}.csv"
 
     def _assemble(self) -> None:
         """Write the rows of all scenes, none of which may have gone since, and apart from them what was timed."""
-        with open(self._path(0), encoding="utf-8", newline="") as file:
-            head = next(csv.reader(file))
-        for name, columns in ((COST_CSV, _COST), (STUDY_CSV, [column for column in head if column != ELAPSED])):
-            text = io.StringIO()
-            table = csv.DictWriter(text, columns, extrasaction="ignore", lineterminator="\n")
-            table.writeheader()
-            for scene in range(self.scenes):
-                with open(self._path(scene), encoding="utf-8", newline="") as file:
-                    table.writerows(csv.DictReader(file))
-            write_whole(self.folder / name, text.getvalue().encode())
+        of_study = [column for column in next(self._rows()) if column != ELAPSED]
+        for name, columns in ((COST_CSV, _COST), (STUDY_CSV, of_study)):
+            rows = ([row[column] for column in columns] for row in self._rows())
+            write_whole(self.folder / name, csv_text(itertools.chain([columns], rows)).encode())
         sync_folder(self.folder)
+
+    def _rows(self) -> Iterator[dict[str, str]]:
+        for scene in range(self.scenes):
+            yield from csv.DictReader(io.StringIO(self._path(scene).read_text(encoding="utf-8")))
 
 
 def scene_text(seed: int, scene: int) -> tuple[str, str]:

@@ -57,7 +57,7 @@ def stopped(folder):
 
     with pytest.raises(StoppedError):
         Study(folder, 30, 2).run(1, None, stop)
-    assert Study(folder, 30, 2).done == 4
+    assert len(Study(folder, 30, 2).done) == 4
     assert not (folder / "study.csv").exists()
 
 
@@ -80,7 +80,7 @@ def test_what_was_begun_goes_on_from_what_is_done(begin, tmp_path, worked_on):
 
 
 def test_all_that_is_done_is_in_the_table_even_where_the_folder_does_not_list_it(tmp_path, worked_on, monkeypatch):
-    monkeypatch.setattr(Study, "_kept", lambda study: set())
+    monkeypatch.setattr(Study, "done", set())
     run(tmp_path, 12)
     assert len((tmp_path / "study.csv").read_text().splitlines()) == 1 + 12 * len(methods())
 
@@ -124,4 +124,4 @@ def test_a_worker_of_another_version_or_that_breaks_off_is_refused(tmp_path, wor
     monkeypatch.setattr(module, "scene_text", lambda *scene: (code or module.code_print(), ""))
     with pytest.raises(UserError, match=message):
         run(tmp_path, 1)
-    assert Study(tmp_path, 1, 2).done == 0
+    assert not Study(tmp_path, 1, 2).done

@@ -55,12 +55,13 @@ def _pages() -> jinja2.Environment:
     how: Any = {"autoescape": escape, "undefined": jinja2.StrictUndefined}
     pages = jinja2.Environment(loader=loader, trim_blocks=True, lstrip_blocks=True, **how)
     pages.filters |= {"is_finite": math.isfinite, "listed": listed, "number": number, "sigma_words": sigma_words}
-    pages.filters["plain"] = plain
+    # A text as Markdown shows it to the letter.
+    pages.filters["plain"] = functools.partial(re.sub, r"([\\`*_<>|])", r"\\\1")
     return pages
 
 
 def page(template: str, **values: Any) -> str:
-    """The HTML of a template in ``static``, which extends ``base.html`` and escapes every text."""
+    """What a template in ``static`` says; one of HTML extends ``base.html`` and escapes every text."""
     made = datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")
     return _pages().get_template(template).render(made=made, **values)
 
@@ -85,11 +86,6 @@ def words(part: str, *path: str, **numbers: Any) -> str:
 def _filled(text: str, numbers: Mapping[str, Any]) -> str:
     """A text with its numbers in it, a paragraph a line; ``say`` is ``parts.txt``."""
     return "\n".join(_paragraphs(_pages().from_string('{% import "parts.txt" as say %}' + text).render(numbers)))
-
-
-def plain(text: str) -> str:
-    """A text as Markdown shows it to the letter."""
-    return re.sub(r"([\\`*_<>|])", r"\\\1", text)
 
 
 def listed(names: Sequence[str]) -> str:
@@ -173,12 +169,6 @@ class NumberTable:
         """The cells as the page has them."""
         return [[self._text(cell) for cell in row] for row in self.rows]
 
-    @property
-    def markdown(self) -> str:
-        """The table as Markdown has it."""
-        lines = [[*self.head], ["---"] * len(self.head), *self.shown]
-        return "\n".join(f"| {' | '.join(map(plain, cells))} |" for cells in lines)
-
     def _text(self, cell: Cell) -> str:
         if cell is None or cell != cell:  # not a number
             return MISSING
@@ -254,6 +244,6 @@ def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Call
                 parts[key].write(out)
             done(key)
     made = [parts[key] for key in wanted]
-    text = _pages().get_template("reproduction.md").render(seed=seed, parts=made, versions=versions())
+    text = page("reproduction.md", seed=seed, parts=made, versions=versions())
     with writing(f"--out {out}"):
         write_whole(out / "paper.md", f"{text.strip()}\n".encode())

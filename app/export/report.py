@@ -39,6 +39,7 @@ from dockpose.thresholds import LEVELS, Threshold
 from markupsafe import Markup
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MOST_PICTURES, MOST_ROWS = 24, 500
@@ -206,11 +207,9 @@ def _svg(figure: "Figure", name: str) -> Markup:
     return Markup(re.sub(r' width="[\d.]+pt" height="[\d.]+pt"', "", text[text.index("<svg") :], count=1))
 
 
-def _spread(items: Sequence[Item], most: int) -> Iterable[Item]:
-    """Return at most so many of the items, evenly spread, with the first and the last."""
-    if len(items) <= most:
-        return items
-    return [items[round(index * (len(items) - 1) / (most - 1))] for index in range(most)]
+def _spread(items: Sequence[Item], most: int) -> list[Item]:
+    """At most so many of the items, evenly spread, with the first and the last."""
+    return [items[index] for index in np.linspace(0, len(items) - 1, min(most, len(items))).round().astype(int)]
 
 
 def _left_out(number: int, most: int, what: str) -> str:
@@ -219,26 +218,25 @@ def _left_out(number: int, most: int, what: str) -> str:
 
 def histogram_figure(threshold: Threshold) -> "Figure":
     """Return a plot of the pixels at each grey level, the threshold, the peaks, and the groups each level leaves."""
-    figure = new_figure(6.5, 3.0, layout="constrained")
+    from dockpose.app.export.plots import SMALL, canvas, draw_histogram, legend_above
+
+    figure = canvas(6.5, 3.0)
     axes = figure.add_subplot()
-    levels = np.arange(LEVELS)
-    axes.fill_between(levels, threshold.histogram + 1, 1, step="mid", color=colours.BARS_COLOUR, label="pixels + 1")
-    axes.set(yscale="log", xlim=(0, LEVELS - 1), xlabel="grey level (0 to 255)", ylabel="pixels + 1")
-    if threshold.level < LEVELS:
-        axes.axvline(
-            threshold.level, color=colours.THRESHOLD_COLOUR, label=f"level {threshold.level} ({threshold.method})"
-        )
+    draw_histogram(axes, threshold.histogram, threshold.level)
+    axes.set_xlabel("grey level (0 to 255)", fontsize=SMALL)
     peaks = [peak.level for peak in threshold.peaks]
     if peaks:
         axes.plot(peaks, threshold.histogram[peaks] + 1, "v", color=colours.PEAKS_COLOUR, label="peaks")
     groups = np.where(threshold.groups_at_level < 0, np.nan, threshold.groups_at_level)
     if np.isfinite(groups).any():
         right = axes.twinx()
-        right.plot(levels, groups, "--", color=colours.GROUPS_COLOUR, drawstyle="steps-mid")
+        right.plot(np.arange(LEVELS), groups, "--", color=colours.GROUPS_COLOUR, drawstyle="steps-mid")
         axes.plot([], [], "--", color=colours.GROUPS_COLOUR, label="groups (right)")
         at_level = groups[threshold.level] if threshold.level < LEVELS else np.nan
-        right.set(ylabel="groups", ylim=(0, max(10.0, 2 * np.nan_to_num(at_level))))
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=4, fontsize=8, frameon=False)
+        right.set_ylim(0, max(10.0, 2 * np.nan_to_num(at_level)))
+        right.set_ylabel("groups", fontsize=SMALL)
+        right.tick_params(labelsize=SMALL - 1)
+    legend_above(figure, axes, ncols=4, fontsize=SMALL)
     return figure
 
 
@@ -247,17 +245,8 @@ def error_figure(rows: Sequence[Row]) -> "Figure":
     figure = new_figure(6.5, 4.8, layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
     ranges = _numbers(row.range_cm for row in rows) / 100
-    for axes, which in ((above, range(3)), (below, range(3, 5))):
-        for index in which:
-            errors = _numbers(row.errors[index] for row in rows)
-            if np.isfinite(errors).any():
-                colour, mark = _STYLES[index]
-                axes.plot(ranges, errors, mark, color=colour, markersize=4, label=QUANTITIES[index].split()[0])
-        axes.axhline(0, color="grey", lw=0.6)
-        if axes.get_legend_handles_labels()[0]:
-            axes.legend(fontsize=8)
-        else:
-            axes.text(0.5, 0.6, "nothing was measured", transform=axes.transAxes, ha="center")
+    errors = np.array([row.errors for row in rows], dtype=float).reshape(-1, 5)
+    _draw_quantities((above, below), ranges, errors, "nothing was measured")
     above.set_ylabel("estimated − measured (cm)")
     below.set(xlabel="range (m)", ylabel="estimated − measured (°)")
     return figure
@@ -268,24 +257,32 @@ def sequence_figure(lines: Sequence[dict[str, Any]]) -> "Figure":
     times = [line.get("time_s") for line in lines]
     timed = all(time is not None for time in times) and len(set(times)) == len(times)
     across = _numbers(times if timed else range(len(lines)))
-    poses = [chosen_of(line) or (None,) * 6 for line in lines]
+    poses = np.array([chosen_of(line) or (None,) * 6 for line in lines], dtype=float).reshape(-1, 6)
     figure = new_figure(6.5, 6.4, layout="constrained")
     top, middle, bottom = figure.subplots(3, 1, sharex=True)
-    for index in range(5):
-        colour, mark = _STYLES[index]
-        axes = top if index < 3 else middle
-        values = _numbers(pose[index] for pose in poses)
-        axes.plot(across, values, mark, color=colour, markersize=2.5, label=QUANTITIES[index].split()[0])
-    chances = _numbers(pose[5] for pose in poses)
-    bottom.plot(across, chances, "o", color=BLUE, markersize=2.5, label="of the chosen pose, from its frame alone")
+    _draw_quantities((top, middle), across, poses, "no dock was found")
+    bottom.plot(across, poses[:, 5], "o", color=BLUE, markersize=2.5, label="of the chosen pose, from its frame alone")
     tracked = _numbers((line.get("track") or {}).get("probability") for line in lines)
     if np.isfinite(tracked).any():
         bottom.plot(across, tracked, "^", color=ORANGE, markersize=2.5, label="with earlier frames")
     for axes, label in ((top, "position (cm)"), (middle, "attitude (°)"), (bottom, "probability")):
         axes.set_ylabel(label)
-        axes.legend(fontsize=8)
+    bottom.legend(fontsize=8)
     bottom.set(ylim=(-0.05, 1.05), xlabel="time (s)" if timed else "frame")
     return figure
+
+
+def _draw_quantities(both: "tuple[Axes, Axes]", across: np.ndarray, values: np.ndarray, otherwise: str) -> None:
+    """Draw values (N, 5 or more) of ``QUANTITIES``, positions above and angles below; or say why there are none."""
+    for index, (colour, shape) in enumerate(_STYLES):
+        if np.isfinite(values[:, index]).any():
+            label = QUANTITIES[index].split()[0]
+            both[index // 3].plot(across, values[:, index], shape, color=colour, markersize=2.5, label=label)
+    for axes in both:
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(fontsize=8)
+        else:
+            axes.text(0.5, 0.6, otherwise, transform=axes.transAxes, ha="center")
 
 
 def _numbers(values: Iterable[float | None]) -> np.ndarray:

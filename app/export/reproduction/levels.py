@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE, THRESHOLD_COLOUR
 from dockpose.app.drawing.numbers import count
+from dockpose.app.export import plots as draw
 from dockpose.app.export.parts import Cell, Part
-from dockpose.app.export.reproduction import pictures as draw
-from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, show
+from dockpose.app.export.plots import PHOTO_DPI, SMALL, canvas, show
 from dockpose.paper import levels as sweeps
 from dockpose.paper.levels import AtLevel, Picture, are_the_lights, centre_errors_px, group_centres
 from dockpose.paper.scenes import near_ring, tank_scenes

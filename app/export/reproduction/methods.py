@@ -6,9 +6,9 @@ from itertools import chain, pairwise
 import numpy as np
 from dockpose.app.drawing.annotated import kept_pixels
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE
+from dockpose.app.export import plots as draw
 from dockpose.app.export.parts import Part, Rows, by_verdict, verdict
-from dockpose.app.export.reproduction import pictures as draw
-from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, show
+from dockpose.app.export.plots import PHOTO_DPI, SMALL, canvas, show
 from dockpose.app.processing.comparison import compare
 from dockpose.estimate import Estimate
 from dockpose.paper import rivals

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION
 from dockpose.app.export.parts import Part, Rows
-from dockpose.app.export.reproduction.pictures import canvas, draw_intervals, legend_above
+from dockpose.app.export.plots import canvas, draw_intervals, legend_above
 from dockpose.dock import Dock
 from dockpose.lights.ellipse import NoEllipseError
 from dockpose.paper import closed_loop

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 from dockpose.app.drawing.colours import BARS_COLOUR, BLUE, GREEN, ORANGE, PURPLE, THRESHOLD_COLOUR
 from dockpose.app.export.parts import Cell, Part, Rows
-from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, draw_histogram, show
+from dockpose.app.export.plots import PHOTO_DPI, SMALL, canvas, draw_histogram, show
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.simulate import Lights, Pose, Scene

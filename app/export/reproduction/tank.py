@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREY, ORANGE, VERMILLION
 from dockpose.app.export.parts import Cell, Part
-from dockpose.app.export.reproduction.pictures import canvas
+from dockpose.app.export.plots import canvas
 from dockpose.paper import error_budget as budgets
 from dockpose.paper.error_budget import CAMERA, ITEMS, PICTURES_OF, poses_of_tables
 from dockpose.paper.tables import COLUMNS, DRAWS, TABLES, reproduced
@@ -25,11 +25,12 @@ def _table(name: str, seed: int) -> Part:
     off, off_epnp = (np.abs(found - table.measured[:, None]) for found in (ours, epnp))
     mean = np.nanmean(off, axis=(0, 1))
     means = {"paper": table.mean_errors, f"ours, {DRAWS} pictures a pose": mean}
-    who = {"paper": table.estimated, "ours": ours[:, 0]}
+    who, each = {"paper": table.estimated, "ours": ours[:, 0]}, {"ours": ours}
     medians: dict[str, np.ndarray] = {}
     more: dict[str, Any] = {"by_epnp": None, "epnp_scales": None}
     if table.epnp is not None:
         who |= {"paper's EPnP": table.epnp, "our EPnP": epnp[:, 0]}
+        each["EPnP"] = epnp
         means["paper's EPnP"] = np.abs(table.epnp - table.measured).mean(axis=0)
         means["our EPnP, all pictures"] = np.nanmean(off_epnp, axis=(0, 1))
         medians = {"median absolute: our EPnP": np.nanmedian(off_epnp, axis=(0, 1))}
@@ -37,17 +38,13 @@ def _table(name: str, seed: int) -> Part:
         is_good = (off_epnp[..., 3:] < GROSS_DEG).all(axis=-1) & (off_epnp[..., 2] < 0.05 * table.measured[:, 2, None])
         more["by_epnp"] = np.nanmean(off_epnp[is_good], axis=0), int((~is_good).sum())
         more["epnp_scales"] = _scales(table.epnp - table.measured, table.measured)
-    values: list[list[Cell]] = [["pose", *COLUMNS]]
-    errors: list[list[Cell]] = [["pose", *COLUMNS]]
-    pictures: list[list[Cell]] = [["pose", "picture", "method", *COLUMNS]]
+    values, errors, pictures = [], [], []  # rows
     for k, measured in enumerate(table.measured):
-        values.append([f"{k + 1} measured", *measured.tolist()])
-        values += [[f"{k + 1} {name}", *np.round(found[k], 2).tolist()] for name, found in who.items()]
+        values += _rounded({f"{k + 1} measured": measured}, 2)
+        values += _rounded({f"{k + 1} {name}": found[k] for name, found in who.items()}, 2)
         errors += _rounded({f"{k + 1} {name}": found[k] - measured for name, found in who.items()})
         for draw in range(DRAWS):
-            pictures.append([k + 1, draw + 1, "ours", *ours[k, draw].tolist()])
-            if table.epnp is not None:
-                pictures.append([k + 1, draw + 1, "EPnP", *epnp[k, draw].tolist()])
+            pictures += [[k + 1, draw + 1, name, *found[k, draw].tolist()] for name, found in each.items()]
     errors += _rounded({f"mean absolute: {name}": one for name, one in means.items()} | medians)
     ratio = table.mean_errors / mean
     return Part.of(
@@ -76,9 +73,9 @@ def _scales(errors: np.ndarray, measured: np.ndarray) -> np.ndarray:
     return 100 * errors[:, 2] / measured[:, 2]
 
 
-def _rounded(errors: Mapping[str, np.ndarray]) -> list[list[Cell]]:
-    """Rows of errors to a micrometre and a ten-thousandth of a degree, which is more than anyone wants to know."""
-    return [[name, *np.round(of, 4).tolist()] for name, of in errors.items()]
+def _rounded(poses: Mapping[str, np.ndarray], digits: int = 4) -> list[list[Cell]]:
+    """Rows of numbers (5,); four digits are a micrometre, which is more than anyone wants to know."""
+    return [[name, *np.round(of, digits).tolist()] for name, of in poses.items()]
 
 
 def error_budget(seed: int) -> Part:
@@ -132,8 +129,8 @@ def error_budget(seed: int) -> Part:
         "error_budget",
         {"main": figure},
         {
-            "main": [("what is off", *COLUMNS), *_rounded(items | pictures | sums)],
-            "tables": [("table", *COLUMNS), *_rounded(by_table)],
+            "main": _rounded(items | pictures | sums),
+            "tables": _rounded(by_table),
             "calibrations": cameras,
         },
         **{"poses": len(measured), "paper": paper, "right": right},

@@ -6,7 +6,7 @@ from typing import Any
 
 from dockpose.app.drawing.colours import BLUE, GREEN, VERMILLION
 from dockpose.app.drawing.figures import new_figure
-from dockpose.app.export.reproduction.pictures import draw_intervals
+from dockpose.app.export.plots import draw_intervals
 from dockpose.study.judge import HATS, PRODUCT, RIVALS, methods, title_of
 from dockpose.study.summary import INTERVALS
 from dockpose.thresholds import METHODS as THRESHOLDS

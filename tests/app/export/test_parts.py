@@ -1,5 +1,5 @@
 import pytest
-from dockpose.app.export.parts import NumberTable, by_verdict, sentences
+from dockpose.app.export.parts import NumberTable, Part, by_verdict, page, sentences
 from dockpose.study.statistics import wilson
 
 
@@ -24,5 +24,6 @@ def test_numbers_are_rounded_and_large_ones_written_out(number, text):
 
 
 def test_a_table_in_markdown_shows_its_cells_to_the_letter():
-    table = NumberTable("main", "", ["a|b", "x_px"], [["1 < 2", 0.5]])
-    assert table.markdown.splitlines() == [r"| a\|b | x\_px |", "| --- | --- |", r"| 1 \< 2 | 0.5 |"]
+    part = Part("main", "", "", "", "", tables=[NumberTable("main", "", ["a|b", "x_px"], [["1 < 2", 0.5]])])
+    text = page("reproduction.md", seed=1, versions={}, parts=[part])
+    assert "| a\\|b | x\\_px |\n| --- | --- |\n| 1 \\< 2 | 0.5 |\n" in text

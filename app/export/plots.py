@@ -1,4 +1,4 @@
-"""Figures, pictures and curves that several parts draw alike."""
+"""Figures, pictures and curves that several reports draw alike."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -85,7 +85,7 @@ def show(axes: Axes, image: np.ndarray, title: str, roi: Box | None = None, foun
 
 def draw_histogram(axes: Axes, counts: np.ndarray, level: int = LEVELS) -> None:
     """Draw the pixels at each grey level on a logarithmic scale, and the level."""
-    axes.fill_between(np.arange(LEVELS), counts + 1, 1, step="mid", color=BARS_COLOUR)
+    axes.fill_between(np.arange(LEVELS), counts + 1, 1, step="mid", color=BARS_COLOUR, label="pixels + 1")
     axes.set_yscale("log")
     _finish(axes, "pixels + 1", level)
 
@@ -101,7 +101,7 @@ def draw_groups(axes: Axes, groups: np.ndarray, level: int, lights: int) -> None
 def _finish(axes: Axes, label: str, level: int) -> None:
     """Name the axes of what is drawn against the grey levels, and mark one; none where nothing is kept."""
     if level < LEVELS:
-        axes.axvline(level, color=THRESHOLD_COLOUR, lw=1.2, ls="-.")
+        axes.axvline(level, color=THRESHOLD_COLOUR, lw=1.2, ls="-.", label=f"level {level}")
     axes.set_xlim(0, LEVELS)
     axes.set_ylabel(label, fontsize=SMALL)
     axes.tick_params(labelsize=SMALL - 1)

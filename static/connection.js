@@ -1,5 +1,5 @@
-// What holds beyond one visit: says when dockpose has stopped and when it is back, or why it cannot be reached, keeps the
-// open tabs over a reload, and tells who may only look that they may. It stands in the page itself, for where nothing else comes.
+// What holds beyond one visit: says when dockpose has stopped and when it is back, or why it cannot be reached, and keeps
+// the open tabs over a reload. It stands in the page itself, for where nothing else comes.
 "use strict";
 
 const ASK_EVERY_MS = 2000, ASK_WHILE_OUT_MS = 500, PATIENCE_MS = 10000;
@@ -77,14 +77,3 @@ async function openTabsAgain() {
   }
 }
 openTabsAgain();
-
-// Who came by the link for viewers: their clicks are not heard, so the page does not seem to take them.
-if (document.documentElement.dataset.role === "view") {
-  const note = document.createElement("div");
-  note.id = "view-only";
-  note.textContent = "View only: you see what the operator sees, and can turn the 3D view.";
-  note.style.cssText = "position: fixed; left: 50%; bottom: 2.5em; transform: translateX(-50%); z-index: 9000; "
-    + "padding: 0.4em 1em; border-radius: 4px; font: 600 14px system-ui, sans-serif; color: #fff; background: #333d";
-  document.addEventListener("DOMContentLoaded", () => document.body.append(note));
-  if (document.body) document.body.append(note);
-}

@@ -2,9 +2,7 @@
 "use strict";
 
 // The token has done its work once the page is there; a shared screen need not show it.
-if (location.search.includes("token=")) {
-  history.replaceState(null, "", location.pathname + (document.documentElement.dataset.role === "view" ? "?view" : ""));
-}
+if (location.search.includes("token=")) history.replaceState(null, "", location.pathname);
 
 const pause = () => new Promise((next) => setTimeout(next, 50));
 // The upload button for a file, where a first one was chosen the same as that; what is in a closed tab is not on the page

@@ -176,7 +176,7 @@ class Picture extends HTMLElement {
 
   // What is exported is drawn alike.
   tellLayers() {
-    if (document.documentElement.dataset.role !== "view") request({ do: "layers", of: [...this.layers] });
+    request({ do: "layers", of: [...this.layers] });
   }
 
   toggleContrast() {

@@ -12,7 +12,7 @@ class Steps extends HTMLElement {
     this.append(this.words, this.button("Back", () => this.show(this.at - 1)), this.button("Next", () => this.next()), this.button("Skip", () => this.end()));
     this.asked = (event) => event.target.closest?.("[data-steps-again]") && this.show(0);
     document.addEventListener("click", this.asked);
-    if (localStorage.getItem(SEEN) !== null || document.documentElement.dataset.role === "view") return;
+    if (localStorage.getItem(SEEN) !== null) return;
     const stop = follow("frame", () => setTimeout(() => { // when there is something to show, and the rest of the page has it
       stop();
       if (this.at === undefined) this.show(0);

@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
 
         app = App(arguments.source, camera, dock, arguments.host, arguments.port, options)
         try:
-            for line in _addresses(app, arguments.host, options):
+            for line in _addresses(app, arguments.host):
                 say(line)
             threading.Event().wait()
         except Terminated:
@@ -46,16 +46,13 @@ def run(arguments: argparse.Namespace) -> int:
     return EXIT_ALL_READ
 
 
-def _addresses(app: "App", host: str, options: Options) -> Iterator[str]:
+def _addresses(app: "App", host: str) -> Iterator[str]:
     from dockpose.app.web.server.guard import LOOPBACK_NAMES
 
     here, *elsewhere = app.addresses()
     yield f"the page is at {here} (Ctrl+C stops it)"
     for address in elsewhere:
         yield f"from another machine: {address}"
-    if options.view_link:
-        viewing = " or ".join(app.addresses(for_viewers=True))
-        yield f"for viewers, who can change nothing: {viewing}"
     if host not in LOOPBACK_NAMES:
         yield _OPEN_WARNING.format(host=host)
 
@@ -77,7 +74,6 @@ def _options(arguments: argparse.Namespace) -> Options:
         upload_limit_bytes=round(megabytes * 2**20),
         remember_in=config_folder(),
         sessions=sessions.resolve(),
-        view_link=arguments.view_token,
         capture=capture_of(arguments, [] if arguments.source is None else [arguments.source]),
         topic=arguments.topic,
         autopilot=_autopilot(arguments, vehicle),

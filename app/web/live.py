@@ -14,7 +14,7 @@ import msgspec
 import viser
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.web.choices import Client, on_person
-from dockpose.app.web.server.messages import MOST_LETTERS
+from dockpose.app.web.server.values import MOST_LETTERS
 from dockpose.app.web.server.viser_private import identity
 
 

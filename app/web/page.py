@@ -44,8 +44,7 @@ class Page:
         self.beside = None if source is None or self.given is not None else Path(source).resolve().parent
         self._view = self._first_view(source, camera, dock)
         keep_in = options.remember_in if port else None  # any free port is another one the next time
-        view_token = token_for(keep_in, f"{port}-view") if options.view_link else None
-        self._guard = Guard(host, options.allow_hosts, token_for(keep_in, str(port)), view_token)
+        self._guard = Guard(host, options.allow_hosts, token_for(keep_in, str(port)))
         self.server = open_server(host, port, self._guard)
         self.live, self.closing = LivePage(self.server), contextlib.ExitStack()  # which stops whatever runs
         self.kept, self._notices, self.choices = UploadStore(), Notifications(), Choices()
@@ -106,10 +105,11 @@ class Page:
         """Address to open in a browser on this machine, with the access token."""
         return self.addresses()[0]
 
-    def addresses(self, *, for_viewers: bool = False) -> list[str]:
+    def addresses(self) -> list[str]:
         """Addresses to open in a browser: on this machine first, then, where it listens to them, on others."""
-        token = self._guard.view_token if for_viewers else self._guard.token
-        return [f"http://{host}:{self.port}/?token={token}" for host in reachable_hosts(self.server.get_host())]
+        return [
+            f"http://{host}:{self.port}/?token={self._guard.token}" for host in reachable_hosts(self.server.get_host())
+        ]
 
     @property
     def view(self) -> View:

@@ -1,4 +1,4 @@
-"""The running page under attack and under load, over the loopback only: ``make security``, ``make soak``.
+"""The running page under attack, over the loopback only: ``make security``.
 
 Each attacker has a loopback address of its own (127.0.1.1, 127.0.1.2, ...), so that the log tells them apart; that
 works on Linux.

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from dockpose.sidecar import sample_path
 
-from tests.attack import files, messages, requests
+from tests.attack import files, floods, messages, requests
 from tests.attack.program import PAGE, Bystanders, Program
 from tests.attack.report import write_table
 
@@ -24,7 +24,7 @@ LONGEST_ANSWER_S = 0.25
 MOST_MEMORY_BYTES = 8 * PAGE  # after an attack, above what was there before it
 # Without a line in the log: these are no refusals.
 QUIET = {
-    "A viewer who steers", "200 browsers that come and go", "100 requests that never end",
+    "200 browsers that come and go", "100 requests that never end",
 }  # fmt: skip
 
 
@@ -92,19 +92,18 @@ def attacked(folder: Path, only: str = "") -> list[Outcome]:
     (pictures / "link.png").symlink_to(folder / "secret.png")
     limit = ("--upload-limit-mb", str(files.LIMIT_MB))
     outcomes = []
-    with Program(folder, "--folder", str(pictures), "--view-token", *limit) as program:
+    with Program(folder, "--folder", str(pictures), *limit) as program:
         bystanders = Bystanders(program.address)
         messages.many_visits(program, "127.0.1.250")  # what is made once is there before memory is compared
-        all_of_them = requests.ATTACKS | messages.ATTACKS | files.ATTACKS
+        all_of_them = requests.ATTACKS | messages.ATTACKS | files.ATTACKS | floods.ATTACKS
         for number, (name, attack) in enumerate(all_of_them.items(), 1):
             if only in name:
                 outcomes.append(tried(program, bystanders, number, name, attack))
                 print(outcomes[-1].row(), flush=True)
         bystanders.close()
-        secrets = (program.token, program.view_address.split("token=")[1])
         for text in (program.log.read_text(), program.terminal.read_text().partition("(Ctrl+C stops it)")[2]):
             for line in text.splitlines():
-                if any(secret in line for secret in secrets) and "for viewers" not in line:
+                if program.token in line:
                     outcomes.append(Outcome("The log", "", 0, 0, 0, [f"it has a token: {line[:120]}"]))
     return outcomes
 

@@ -1,8 +1,10 @@
 """Files that are too large, never end, or are not what was said."""
 
+import contextlib
 import time
 
 from viser import _messages as messages
+from websockets.exceptions import ConnectionClosed
 
 from tests.attack.messages import UPLOAD, opened
 
@@ -63,13 +65,14 @@ def lying(program, source):
 def of_no_bytes(program, source):
     """20,000 begun, each with a part that never comes."""
     with opened(program, source) as page:
-        for number in range(20_000):
-            begin(page, f"{number}", 0, 1)
+        with contextlib.suppress(ConnectionClosed):
+            for number in range(20_000):
+                begin(page, f"{number}", 0, 1)
         began_s = time.monotonic()
         with opened(program, "127.0.0.1"):
             took_s = time.monotonic() - began_s
         assert took_s < 5, f"a new page took {took_s:.1f} s"
-    return f"refused; meanwhile a new page opened in {took_s:.1f} s"
+    return f"cut off after 2,000; meanwhile a new page opened in {took_s:.1f} s"
 
 
 def many_at_once(program, source):

@@ -1,4 +1,4 @@
-"""``dockpose serve`` as a program of its own: its log, memory, threads and open files, and a browser beside it."""
+"""``dockpose serve`` as a program of its own: its log and memory, and a browser beside it."""
 
 import contextlib
 import os
@@ -39,9 +39,7 @@ class Program:
                 assert self.process.poll() is None, self.terminal.read_text()
                 assert time.monotonic() < end_s, "the page did not start"
                 time.sleep(0.1)
-            time.sleep(0.5)  # the address for viewers follows
-            found = _ADDRESS.findall(self.terminal.read_text())
-            self.address, self.view_address = found[0], found[-1]
+            self.address = found[0]
             self.port = int(self.address.split(":")[2].split("/")[0])
             self.token = self.address.split("token=")[1]
         except BaseException:
@@ -60,14 +58,6 @@ class Program:
     @property
     def memory_bytes(self) -> int:
         return int(Path(f"/proc/{self.process.pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-
-    @property
-    def threads(self) -> int:
-        return len(os.listdir(f"/proc/{self.process.pid}/task"))
-
-    @property
-    def handles(self) -> int:
-        return len(os.listdir(f"/proc/{self.process.pid}/fd"))
 
     def lines(self) -> list[str]:
         """All of its log so far."""

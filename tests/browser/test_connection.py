@@ -1,4 +1,4 @@
-"""What holds beyond one visit: a program that stops and comes back, reloads, several browsers, and viewers."""
+"""What holds beyond one visit: a program that stops and comes back, reloads, and several browsers."""
 
 import pytest
 from dockpose.app.web.app import App
@@ -67,19 +67,6 @@ def test_a_reload_keeps_the_tab(page):
     page.page.reload()
     page.page.get_by_role("tab", name="Detect", exact=True).wait_for()
     page.until(lambda: page.page.get_by_role("tab", name="Detect", exact=True).get_attribute("aria-selected") == "true")
-
-
-def test_viewers_see_everything_and_change_nothing(browser):
-    with App(port=0, options=Options(view_link=True)) as running, visit(browser, running) as viewer:
-        viewer.page.goto(running.addresses(for_viewers=True)[0])
-        viewer.page.locator("#candidates tbody tr").first.wait_for()
-        assert "View only" in viewer.page.locator("#view-only").inner_text()
-        before = running.view.settings
-        viewer.tab("Detect")
-        viewer.box("Min. area (px)").fill("60")
-        viewer.box("Min. area (px)").press("Enter")
-        viewer.page.wait_for_timeout(1000)
-        assert running.view.settings == before
 
 
 def test_the_page_follows_the_systems_dark_mode_until_somebody_chooses(browser):

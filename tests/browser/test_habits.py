@@ -43,13 +43,6 @@ def test_first_visit_is_shown_around_in_five_steps_which_come_back_only_when_ask
         assert page.page.locator("[data-step-here]").count() == 0
 
 
-def test_viewers_are_not_shown_around(browser):
-    with App(port=0, options=Options(view_link=True)) as app, visit(browser, app, first=True) as page:
-        page.page.goto(app.addresses(for_viewers=True)[0])
-        page.page.locator("dockpose-steps").wait_for(state="attached")
-        assert page.page.locator("dockpose-steps").is_hidden()
-
-
 def test_undo_and_redo_by_keys_and_buttons(page):
     page.box("fx (px)").fill("812")
     page.until(lambda: page.app.view.camera.fx == 812)

@@ -28,10 +28,10 @@ def words(page, selector):
     return page.locator(selector).inner_text().strip()
 
 
-def test_a_viewer_makes_the_strip_large_at_every_size_and_small_again(browser):
-    with App(port=0, options=Options(view_link=True)) as app, visit(browser, app) as seen:
+def test_a_browser_makes_the_strip_large_at_every_size_and_small_again(browser):
+    with App(port=0) as app, visit(browser, app) as seen:
         page = seen.page
-        page.goto(app.addresses(for_viewers=True)[0])
+        page.goto(app.address)
         page.locator("#strip", has_text="Dock found").wait_for()
         told = words(page, "#place")
         assert told.startswith("1.10 m")

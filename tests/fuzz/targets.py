@@ -29,7 +29,7 @@ from dockpose.sources import open_frames
 from dockpose.sources.bags.decoding import fields_of, frame_of, stamp_ns
 from dockpose.sources.bags.messages import camera_in, picture_in
 
-from tests.fuzz import messages, seeds
+from tests.fuzz import seeds
 
 _MOST_PIXELS = 300_000  # of a picture that is searched too: larger ones are for the benchmarks
 CAMERA, DOCK = Camera(fx=90, fy=90, cx=47.5, cy=35.5, width=96, height=72), Dock(0.30, 8)
@@ -269,7 +269,6 @@ TARGETS: dict[str, Target] = {
     "own files": Target(_in_file(_own_files, "given.yaml"), seeds.own_files, 0.001),
     "session": Target(session, seeds.sessions, 0.15),
     "json lines": Target(_in_file(_lines, "lines.jsonl"), seeds.json_lines, 0.15),
-    "message": Target(messages.take, messages.seeds, 0.15),
     "video": Target(_in_file(_frames, "video.mp4"), functools.partial(seeds.videos, "mp4"), 0.004),
     "matroska": Target(_in_file(_frames, "video.mkv"), functools.partial(seeds.videos, "mkv"), 0.003),
     "bag": Target(_in_file(_frames, "bag.mcap"), seeds.bags, 0.01),

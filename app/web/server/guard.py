@@ -9,10 +9,9 @@ from contextlib import AbstractContextManager
 from typing import Any
 from urllib.parse import SplitResult, parse_qs, urlsplit
 
-from dockpose.app.web.server.gate import Gate, Sockets
-from dockpose.app.web.server.journal import SOCKETS_LOG, OneLine, client_of
-from dockpose.app.web.server.messages import LARGEST_FRAME_BYTES
-from dockpose.app.web.server.pages import FOR_VIEWERS, LOOK_PATH, Page
+from dockpose.app.web.server.connections import SETTINGS, Connections
+from dockpose.app.web.server.journal import JOURNAL, SOCKETS_LOG, client_of
+from dockpose.app.web.server.pages import LOOK_PATH, Page
 from dockpose.app.web.server.viser_private import serving_through
 from dockpose.text import printable
 from websockets import Headers
@@ -47,13 +46,10 @@ _HEADERS = {
 
 
 class Guard:
-    """Decides which requests pass: by one of our names, with the token shown once; by ``view_token`` to look only."""
+    """Decides which requests pass: by one of our names, with the token shown once."""
 
-    def __init__(
-        self, host: str, more_names: Iterable[str] = (), token: str | None = None, view_token: str | None = None
-    ) -> None:
+    def __init__(self, host: str, more_names: Iterable[str] = (), token: str | None = None) -> None:
         self.token = token or secrets.token_urlsafe(18)
-        self.view_token = view_token
         # A name, or the whole address of a page, which may then ask though a proxy passes on another Host.
         more = [name.lower().rstrip("/") for name in more_names]
         self._origins = {name for name in more if "://" in name}
@@ -73,7 +69,7 @@ class Guard:
                 f"A page at {asking} (Origin) asked {asked} (Host), which only its own page may. Behind a proxy, let "
                 f"that pass on the browser's Host, or start dockpose with --allow-host {asking}."
             )
-        if self._shown(headers, path) is None:
+        if not self._shows_token(headers, path):
             return "Open the address that dockpose printed in the terminal; it ends in ?token= and some letters."
         if len(headers.get_all("Upgrade")) > 1:
             return "This asks for two protocols at once (Upgrade)."
@@ -81,28 +77,15 @@ class Guard:
             return "No page here has such an address."
         return None
 
-    def cookie(self, headers: Headers, path: str) -> str:
+    def cookie(self, headers: Headers) -> str:
         """The cookie that identifies a browser from then on."""
-        name = cookie_name(headers.get("Host", ""))
-        return f"{name}={self._shown(headers, path)}; HttpOnly; SameSite=Strict; Path=/"
+        return f"{cookie_name(headers.get('Host', ''))}={self.token}; HttpOnly; SameSite=Strict; Path=/"
 
-    def only_views(self, headers: Headers, path: str) -> bool:
-        """Whether a browser that may pass has shown no more than the token for viewing."""
-        return self._shown(headers, path) != self.token
-
-    def asks_to_view(self, headers: Headers, path: str) -> bool:
-        """Whether a request that may pass is for the page of viewers, which who steers may see too."""
-        query = parse_qs(path.partition("?")[2], keep_blank_values=True)
-        tokens = query.get("token", [])
-        is_for_viewers = any(_same(shown, self.view_token) for shown in tokens) if self.view_token else False
-        return self.only_views(headers, path) or is_for_viewers or FOR_VIEWERS.removeprefix("?") in query
-
-    def _shown(self, headers: Headers, path: str) -> str | None:
-        """The token for most that a request shows: in its cookies, or its address unless it opens a WebSocket."""
+    def _shows_token(self, headers: Headers, path: str) -> bool:
+        """Whether a request has the token: in its cookies, or its address unless it opens a WebSocket."""
         in_address = [] if is_upgrade(headers) else parse_qs(path.partition("?")[2]).get("token", [])
-        every = (*in_address, *_cookies(headers, cookie_name(headers.get("Host", ""))))
-        tokens = [token for token in (self.token, self.view_token) if token]
-        return next((token for token in tokens if any(_same(shown, token) for shown in every)), None)
+        shown = (*in_address, *_cookies(headers, cookie_name(headers.get("Host", ""))))
+        return any(_same(one, self.token) for one in shown)
 
     def _is_ours(self, origin: str, host: str) -> bool:
         return _split(origin).netloc == host or origin in self._origins
@@ -137,39 +120,32 @@ def is_upgrade(headers: Headers) -> bool:
     return any(value.lower() == "websocket" for value in headers.get_all("Upgrade"))
 
 
-def guarded(guard: Guard, gate: Gate, pages: Mapping[str, Page]) -> AbstractContextManager[None]:
-    """Put the guard, the gate and our own pages in front of a viser server that is made within this context."""
-    sockets = Sockets(gate.journal)
+def guarded(guard: Guard, pages: Mapping[str, Page]) -> AbstractContextManager[None]:
+    """Put the guard and our own pages in front of a viser server that is made within this context."""
+    connections = Connections()
 
     def serve(real: Any, *arguments: Any, process_request: Any, **keywords: Any) -> Any:
         async def check(connection: Any, request: Request) -> Response | None:
-            answer = _answer(guard, gate, pages, connection, request, process_request)
-            if answer is None:  # it opens its WebSocket
-                if sockets.is_full:
-                    gate.journal.note(client_of(connection), "refused a page: too many are open")
-                    return _response(503, "Service Unavailable", Page("text/plain", b"Too many pages are open.\n"))
-                sockets.admit(connection)
-                await gate.openings.pay(1)
+            answer = _answer(guard, pages, connection, request, process_request)
+            if answer is None and not await connections.admit(connection):
+                answer = _response(503, "Service Unavailable", Page("text/plain", b"Too many pages are opened.\n"))
             return answer
 
-        SOCKETS_LOG.filters = [OneLine(gate.journal)]
-        keywords |= {"max_size": LARGEST_FRAME_BYTES, "logger": SOCKETS_LOG, "create_connection": sockets.factory()}
-        keywords["compression"] = None  # what is sent here is as large as it looks
+        keywords |= SETTINGS | {"logger": SOCKETS_LOG, "create_connection": connections.make}
         return real(*arguments, process_request=check, **keywords)
 
     return serving_through(serve)
 
 
 def _answer(
-    guard: Guard, gate: Gate, pages: Mapping[str, Page], connection: Any, request: Request, otherwise: Any
+    guard: Guard, pages: Mapping[str, Page], connection: Any, request: Request, otherwise: Any
 ) -> Response | None:
-    """The answer to a request; None where it may open its WebSocket, with the gate before it."""
+    """The answer to a request; None where it may open its WebSocket."""
     headers, path = request.headers, request.path
     response = None
     try:
         reason = guard.refusal(headers, path)
         if reason is None and is_upgrade(headers):
-            gate.stand_before(connection, only_views=guard.only_views(headers, path))
             return otherwise(connection, request)
         if reason is None:
             response = _page(guard, pages, connection, request, otherwise)
@@ -180,7 +156,7 @@ def _answer(
         response = _response(403, "Forbidden", Page("text/plain; charset=utf-8", reason.encode()))
         # Nothing else of the request, for it may hold a token.
         named = [f"{name} {value[:80]!r}" for name in ("Host", "Origin") for value in headers.get_all(name)]
-        gate.journal.note(client_of(connection), f"refused a request: {reason} {', '.join(named)}")
+        JOURNAL.note(client_of(connection), f"refused a request: {reason} {', '.join(named)}")
     response.headers.update(_HEADERS)
     return response
 
@@ -191,10 +167,8 @@ def _page(guard: Guard, pages: Mapping[str, Page], connection: Any, request: Req
     if path == LOOK_PATH:
         guard.on_look(request.headers)
     page = pages.get(path)
-    if guard.asks_to_view(request.headers, request.path):
-        page = pages.get(f"{path}{FOR_VIEWERS}", page)
     response = otherwise_page if page is None else _response(200, "OK", page)
-    response.headers["Set-Cookie"] = guard.cookie(request.headers, request.path)
+    response.headers["Set-Cookie"] = guard.cookie(request.headers)
     return response
 
 

@@ -23,7 +23,7 @@ class Journal:
         self.is_silent = False  # as while we try ourselves whether requests are refused
         self._told: dict[str, tuple[float, int]] = {}  # when a line was written, and how many were left out since
 
-    def note(self, client: str, text: str) -> None:
+    def note(self, client: str, text: str, level: int = logging.WARNING) -> None:
         """Write one line about a client, or count it for its next line."""
         if self.is_silent:
             return
@@ -36,15 +36,14 @@ class Journal:
             self._told.clear()
         self._told[client] = (now_s, 0)
         more = f" (and {left_out} more before)" if left_out else ""
-        LOG.warning("%s: %s%s", client, one_line(text, _LONGEST), more)
+        LOG.log(level, "%s: %s%s", client, one_line(text, _LONGEST), more)
 
 
-class OneLine(logging.Filter):
-    """Gives an exception in a record as one line, by way of a journal, in place of its traceback."""
+JOURNAL = Journal()
 
-    def __init__(self, journal: Journal) -> None:
-        super().__init__()
-        self._journal = journal
+
+class _OneLine(logging.Filter):
+    """Gives an exception in a record as one line, by way of the journal, in place of its traceback."""
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Pass what has no exception on; write the others here."""
@@ -52,10 +51,13 @@ class OneLine(logging.Filter):
         if error is None:
             return True
         cause = error.__cause__ or error
-        self._journal.note(
+        JOURNAL.note(
             client_of(getattr(record, "websocket", None)), f"{record.getMessage()}: {type(cause).__name__}: {cause}"
         )
         return False
+
+
+SOCKETS_LOG.addFilter(_OneLine())
 
 
 def client_of(connection: Any) -> str:
@@ -76,4 +78,7 @@ def log_unhandled(loop: Any, context: Mapping[str, Any]) -> None:
 
 def _log(error: BaseException | None, message: str) -> None:
     what = message if error is None else f"{type(error).__name__}: {error}"
-    LOG.error("%s", one_line(what, _LONGEST), exc_info=error if LOG.isEnabledFor(logging.DEBUG) else None)
+    if LOG.isEnabledFor(logging.DEBUG):
+        LOG.error("%s", one_line(what, _LONGEST), exc_info=error)
+    else:
+        JOURNAL.note("the page", what, logging.ERROR)

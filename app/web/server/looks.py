@@ -22,7 +22,7 @@ class Looks:
         self, server: viser.ViserServer, guard: Guard, paint: Callable[[viser.ClientHandle, bool], None]
     ) -> None:
         self._server, self._guard, self._paint = server, guard, paint
-        self.slow: set[int] = set()  # who steers and has no graphics card; those that only view hold nobody up
+        self.slow: set[int] = set()  # those without a graphics card
         guard.on_look = self._on_look
 
     def heed(self, client: viser.ClientHandle, changed_to: Headers | None = None) -> None:
@@ -37,7 +37,7 @@ class Looks:
                 return
             look = anew
         self._paint(client, "dark" in look)
-        if "software" in look and not self._guard.only_views(request.headers, request.path):
+        if "software" in look:
             self.slow.add(client.client_id)
 
     def _on_look(self, headers: Headers) -> None:

@@ -26,7 +26,6 @@ class Options:
     upload_limit_bytes: int = UPLOAD_LIMIT_BYTES  # limit for all uploaded pictures together
     remember_in: Path | None = None  # folder for the last settings and each port's token
     sessions: Path = SESSIONS_FOLDER  # folder for experiments
-    view_link: bool = False  # whether there is a second address, for who may look but change nothing
     capture: CaptureSettings = DEFAULT_CAPTURE  # what a camera is asked for that was given at the start
     topic: str | None = None  # of the bag that it starts with
     autopilot: "Autopilot | None" = None  # to which the page may send what it sees

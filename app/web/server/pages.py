@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from dockpose.app.resources import static_path
 from dockpose.app.web.server.viser_private import page_html
 
-ROLES = ("steer", "view")
-FOR_VIEWERS = "?view"  # ends the name of a page that differs for those who only view
 LOOK_PATH = "/look"  # asked for where a browser's look changed; that browser's own pages alone are told
 # The styles and the first scripts stand in the page itself, which would wait for them.
 _STYLES = ("page.css", "view.css", "viser.css", "modes.css")
@@ -33,13 +31,10 @@ def own_pages() -> dict[str, Page]:
     """Pages by path."""
     html = "text/html; charset=utf-8"
     script = "application/javascript; charset=utf-8"
-    front = with_ours(page_html())
-    steering, viewing = (Page(html, front.replace("<html", f'<html data-role="{role}"').encode()) for role in ROLES)
+    front = Page(html, with_ours(page_html()).encode())
     return {
-        "/": steering,
-        "/index.html": steering,
-        f"/{FOR_VIEWERS}": viewing,
-        f"/index.html{FOR_VIEWERS}": viewing,
+        "/": front,
+        "/index.html": front,
         **{f"/{name}": Page(script, static_path(name).read_bytes()) for name in (*_SCRIPTS, *_MODULES)},
         "/icon.svg": Page("image/svg+xml", static_path("icon.svg").read_bytes()),
         "/alive": Page("text/plain; charset=utf-8", b"alive"),

@@ -11,11 +11,11 @@ from pathlib import Path
 import viser
 from dockpose.app.state.tank import write_whole
 from dockpose.app.web.server import viser_private
-from dockpose.app.web.server.gate import Gate
 from dockpose.app.web.server.guard import Guard, guarded
-from dockpose.app.web.server.journal import Journal, log_failure, log_unhandled
+from dockpose.app.web.server.journal import JOURNAL, log_failure, log_unhandled
 from dockpose.app.web.server.pages import own_pages
 from dockpose.app.web.server.protection import check_names, check_running, refuse_if
+from dockpose.app.web.server.values import ValueCheck
 
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{24}")
 _BYTES = 18  # 24 letters
@@ -31,22 +31,24 @@ def open_server(host: str, port: int, guard: Guard) -> viser.ViserServer:
     viser_private.log_failures_by(log_failure)
     viser_private.wake_from_the_loop()
     check_port_is_free(host, port)
-    gate = Gate(Journal())
-    with silence(), guarded(guard, gate, own_pages()):
+    viser_private.hear_only_values(ValueCheck().passes)
+    with silence(), guarded(guard, own_pages()):
         server = viser.ViserServer(host=host, port=port, label="dockpose", verbose=False)
     try:
         if port not in (0, server.get_port()):  # taken between the check and viser's own attempt
             raise PortBusyError(_busy(host, port, "another program took it just now"))
         refuse_if(viser_private.what_is_missing(server))
         viser_private.refuse_from_all(server)
-        gate.serve(server)
+        viser_private.protect_broadcasts(server)
         viser_private.log_unhandled_by(server, log_unhandled)
-        check_running(server, guard, gate)
-        gate.journal.is_silent = False
+        JOURNAL.is_silent = True  # the refusals of the check are our own
+        check_running(server, guard)
     except BaseException:
         with silence():
             server.stop()
         raise
+    finally:
+        JOURNAL.is_silent = False
     return server
 
 
@@ -90,7 +92,7 @@ def silence() -> contextlib.redirect_stdout[io.StringIO]:
 
 
 def token_for(folder: Path | None, name: str) -> str:
-    """Return the token of that name, as ``8080-view``; a new one where none is kept or it could have leaked."""
+    """Return the token of that name, as ``8080``; a new one where none is kept or it could have leaked."""
     new = secrets.token_urlsafe(_BYTES)
     if folder is None:
         return new

@@ -13,6 +13,7 @@ from dockpose.text import one_line
 
 MOST_AT_ONCE = 16  # files of one browser; the page sends one after the other
 PATIENCE_S = 60.0
+_LONGEST_NAME = 1000
 _SMALLEST_PART_BYTES = 2**16  # on average; the page's have 2**19
 _BETWEEN_NOTICES_S = 1.0
 
@@ -72,6 +73,12 @@ class ClientUploads:
     def _start(self, client_id: Any, message: viser_private.StartUpload) -> None:
         if message.source_component_uuid not in self._receivers or message.transfer_uuid in self.underway:
             return
+        named = message.filename, message.mime_type, message.transfer_uuid
+        counted = message.part_count, message.size_bytes
+        if not all(isinstance(one, str) and len(one) <= _LONGEST_NAME for one in named) or not all(
+            map(_is_count, counted)
+        ):
+            return  # viser takes anything; the page sends no such
         name, size = clean_name(message.filename), message.size_bytes
         if len(self.underway) + len(self._being_read) >= MOST_AT_ONCE:
             reason = f"{name}: {MOST_AT_ONCE} files of this browser are still under way. Wait for them."
@@ -89,7 +96,7 @@ class ClientUploads:
 
     def _part(self, client_id: Any, message: viser_private.UploadPart) -> None:
         transfer = self.underway.get(message.transfer_uuid)
-        if transfer is None:
+        if transfer is None or not isinstance(message.content, bytes) or not _is_count(message.part_index):
             return
         if transfer["transferred_bytes"] + len(message.content) > transfer["total_bytes"]:
             self.underway.pop(message.transfer_uuid)
@@ -137,3 +144,7 @@ class ClientUploads:
         self._told_s = now_s
         LOG.warning("browser %d: refused a file: %s", self._client.client_id, one_line(reason))
         self._client.add_notification("The file was not taken", reason, color="red")
+
+
+def _is_count(value: object) -> bool:
+    return type(value) is int and value >= 0

@@ -12,7 +12,6 @@ import functools
 import inspect
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from importlib.metadata import version
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TypeAlias
@@ -33,14 +32,20 @@ _CLOSED = ("ShareUrlRequest", "FileTransferStartUpload", "FileTransferPart")  # 
 _FIELDS = {
     "ShareUrlRequest": (),
     "GuiUpdateMessage": ("uuid", "updates"),
-    "FileTransferStartUpload": ("source_component_uuid", "transfer_uuid", "filename", "size_bytes"),
-    "FileTransferPart": ("transfer_uuid", "content"),
+    "GuiFormDirtyMessage": ("uuid",),
+    "FileTransferStartUpload": (
+        *("source_component_uuid", "transfer_uuid", "filename", "mime_type", "part_count", "size_bytes"),
+    ),
+    "FileTransferPart": ("transfer_uuid", "part_index", "content"),
     "FileTransferPartAck": ("source_component_uuid", "transfer_uuid", "transferred_bytes", "total_bytes"),
 }
 _METHODS = {
     "_handle_file_transfer_start": ("self", "client_id", "message"),
     "_handle_file_transfer_part": ("self", "client_id", "message"),
     "_finish_file_upload": ("self", "client_id", "transfer_uuid", "source_component_uuid"),
+    "_handle_gui_updates": ("self", "client_id", "message"),
+    "_handle_gui_form_dirty": ("self", "client_id", "message"),
+    "_resolve_client": ("self", "client_id"),
 }
 _GUI_PARTS = (
     *("_websock_interface", "_current_file_upload_states", "_thread_executor"),
@@ -48,7 +53,7 @@ _GUI_PARTS = (
 )
 _CONNECTION_PARTS = (
     *("register_handler", "unregister_handler", "queue_message", "_incoming_handlers"),
-    *("get_message_buffer", "_live_connections", "_client_state_from_id"),
+    *("get_message_buffer", "_live_connections"),
 )
 
 
@@ -84,11 +89,6 @@ def answered_to_all(server: viser.ViserServer) -> str | None:
     """A message that a server answers whoever sends it, and should not; None where there is none."""
     handlers = server._websock_server._incoming_handlers
     return next((f"it still answers {name}" for name in _CLOSED if handlers.get(getattr(messages, name))), None)
-
-
-def subprotocol() -> str:
-    """What viser's page calls the WebSocket that it opens."""
-    return f"viser-v{version('viser')}"
 
 
 # Starting. Replaced by: a parameter of ViserServer for each.
@@ -174,14 +174,26 @@ def show_again(notice: viser.NotificationHandle) -> None:
     notice._show()
 
 
-def control(gui: viser.GuiApi, uuid: str) -> Any:
-    """The control of an id; None where there is none."""
-    return gui._gui_input_handle_from_uuid.get(uuid)
+def hear_only_values(passes: Callable[[viser.ClientHandle, Any, Any], bool]) -> None:
+    """Let browsers update controls only where ``passes(client, handle, updates)``, and mark only forms that there are.
 
+    Replaced by: viser holding to a control's own limits.
+    """
+    update, mark = map(inspect.unwrap, (viser.GuiApi._handle_gui_updates, viser.GuiApi._handle_gui_form_dirty))
 
-def container(gui: viser.GuiApi, uuid: str) -> Any:
-    """The form, or the like, of an id; None where there is none."""
-    return gui._container_handle_from_uuid.get(uuid)
+    @functools.wraps(update)
+    async def update_if_right(gui: viser.GuiApi, client_id: Any, message: messages.GuiUpdateMessage) -> None:
+        handle, client = gui._gui_input_handle_from_uuid.get(message.uuid), gui._resolve_client(client_id)
+        if handle is not None and client is not None and passes(client, handle, message.updates):
+            await update(gui, client_id, message)
+
+    @functools.wraps(mark)
+    async def mark_if_there(gui: viser.GuiApi, client_id: Any, message: messages.GuiFormDirtyMessage) -> None:
+        if message.uuid in gui._container_handle_from_uuid:  # the message is kept for each browser that comes
+            await mark(gui, client_id, message)
+
+    setattr(viser.GuiApi, "_handle_gui_updates", update_if_right)  # noqa: B010
+    setattr(viser.GuiApi, "_handle_gui_form_dirty", mark_if_there)  # noqa: B010
 
 
 # Connections. Replaced by: the connection among the properties of ClientHandle, and a setter for one browser's value.
@@ -192,13 +204,12 @@ def connections(server: viser.ViserServer) -> dict[int, Any]:
     return dict(server._websock_server._live_connections)
 
 
-def send_value(server: viser.ViserServer, client_id: int, handle: Any) -> bool:
+def send_value(client: viser.ClientHandle, handle: Any) -> bool:
     """Send one browser the value in force of a control; False where it is gone."""
-    state = server._websock_server._client_state_from_id.get(client_id)
-    if state is None or state.message_buffer.done:
-        return False
-    state.message_buffer.push(messages.GuiUpdateMessage(identity(handle), {"value": handle._impl.value}))
-    return True
+    buffer = client.gui._websock_interface.get_message_buffer()
+    if not buffer.done:
+        buffer.push(messages.GuiUpdateMessage(identity(handle), {"value": handle._impl.value}))
+    return not buffer.done
 
 
 def protect_broadcasts(server: viser.ViserServer) -> None:

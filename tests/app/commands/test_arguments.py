@@ -87,7 +87,7 @@ def test_events_are_one_line_each_without_secrets(tmp_path):
     ("text", "left"),
     [
         ("/?token=abc", "/?token=***"),
-        ("?a=1&view_token=abc&b=2", "?a=1&view_token=***&b=2"),
+        ("?a=1&access_token=abc&b=2", "?a=1&access_token=***&b=2"),
         ("rtsp://me:word@host:554/x", "rtsp://***@host:554/x"),
         ("http://host/a@b", "http://host/a@b"),
         ("http://host:80/a@b", "http://host:80/a@b"),

@@ -40,12 +40,6 @@ def test_serving_to_others_says_what_that_means(told_by):
     assert "every machine of that network" in told[2]
 
 
-def test_viewers_have_an_address_of_their_own(told_by):
-    told = told_by("--view-token")
-    assert [line for line in told if "viewers" in line and "token=viewing" in line]
-    assert not [line for line in told if "steering" in line and "viewing" in line]
-
-
 def test_addresses_of_a_wildcard_are_those_of_this_machine():
     here, *elsewhere = reachable_hosts("0.0.0.0")
     assert here == "127.0.0.1"
@@ -58,9 +52,8 @@ def test_addresses_of_a_wildcard_are_those_of_this_machine():
 class FakeApp:
     stopped = False
 
-    def addresses(self, *, for_viewers=False):
-        token = "viewing" if for_viewers else "steering"
-        return [f"http://127.0.0.1:1234/?token={token}", f"http://192.0.2.7:1234/?token={token}"]
+    def addresses(self):
+        return ["http://127.0.0.1:1234/?token=steering", "http://192.0.2.7:1234/?token=steering"]
 
     def stop(self):
         FakeApp.stopped = True

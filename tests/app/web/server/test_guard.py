@@ -4,18 +4,13 @@ from importlib.metadata import version
 from types import SimpleNamespace
 from urllib.request import urlopen
 
-import msgspec
 import pytest
-from dockpose.app.web.app import App
 from dockpose.app.web.server.guard import Guard, cookie_name
-from dockpose.app.web.server.options import Options
-from viser import _messages as messages
 from websockets import Headers
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
 from tests.attack import requests
-from tests.support.clock import until
 from tests.support.visitors import Visitor
 
 
@@ -119,7 +114,7 @@ def test_proxy_with_its_own_name():
     guard = Guard("127.0.0.1", ["tank.example.org"], token="t")
     headers = Headers({"Host": "tank.example.org", "Origin": "https://tank.example.org", "Cookie": "dockpose=t"})
     assert guard.refusal(headers, "/") is None
-    assert guard.cookie(headers, "/").startswith("dockpose=t;")
+    assert guard.cookie(headers).startswith("dockpose=t;")
     assert cookie_name("127.0.0.1:8080") == "dockpose_8080"
 
 
@@ -135,99 +130,43 @@ def test_a_proxy_that_drops_the_port_is_named_and_its_address_can_be_allowed():
         assert guard.refusal(Headers(at | {"Origin": other}), "/") is not None
 
 
-def test_viewers_may_look_and_are_told_apart():
-    guard = Guard("127.0.0.1", token="t", view_token="v")
-    host = {"Host": "127.0.0.1:80"}
-    assert guard.refusal(Headers(host), "/?token=v") is None
-    assert guard.only_views(Headers(host), "/?token=v")
-    assert not guard.only_views(Headers(host), "/?token=t")
-    assert guard.cookie(Headers(host), "/?token=v").startswith("dockpose_80=v;")
-    upgrade = Headers(host | {"Upgrade": "websocket", "Cookie": "dockpose_80=v"})
-    assert guard.refusal(upgrade, "/") is None
-    assert guard.only_views(upgrade, "/")
-    assert guard.only_views(upgrade, "/?token=t")  # a socket shows its cookie, not its address
+@pytest.mark.parametrize("path", ["/", "/?token=", "/?token=None", "/?token=x", "/?view", "/?token=v&token="])
+def test_nothing_but_the_token_opens_the_page(path):
+    headers = Headers({"Host": "127.0.0.1:80", "Cookie": "dockpose_80=x; dockpose_81=t; dockpose_80_look=t"})
+    assert Guard("127.0.0.1", token="t").refusal(headers, path) is not None
 
 
-@pytest.mark.parametrize("cookies", ["dockpose_80=t", "dockpose_80=v; dockpose_80=t", "dockpose_80=t; dockpose_80=v"])
-def test_who_steers_sees_the_page_of_viewers_at_their_address_and_steers_on(cookies):
-    guard = Guard("127.0.0.1", token="t", view_token="v")
-    headers = Headers({"Host": "127.0.0.1:80", "Cookie": cookies})
-    assert guard.asks_to_view(headers, "/?token=v")
-    assert guard.asks_to_view(headers, "/?view")
-    assert not guard.asks_to_view(headers, "/")
-    for path in ("/?token=v", "/?view", "/"):
-        assert guard.cookie(headers, path).startswith("dockpose_80=t;")
-        assert not guard.only_views(Headers([*headers.raw_items(), ("Upgrade", "websocket")]), path)
-
-
-@pytest.mark.parametrize("path", ["/", "/?token=v", "/?token=", "/?token=x", "/?view", "/?steer", "/?view=&token=v"])
-def test_a_viewer_never_gains_rights(path):
-    guard = Guard("127.0.0.1", token="t", view_token="v")
-    headers = Headers({"Host": "127.0.0.1:80", "Cookie": "dockpose_80=v; dockpose_81=t; dockpose_80_look=t"})
-    assert guard.only_views(headers, path)
-    assert guard.asks_to_view(headers, path)
-    assert guard.cookie(headers, path).startswith("dockpose_80=v;")
-
-
-def test_without_a_link_for_viewers_an_empty_token_opens_nothing():
-    guard = Guard("127.0.0.1", token="t", view_token=None)
-    for path in ("/", "/?token=", "/?token=None"):
-        assert guard.refusal(Headers({"Host": "127.0.0.1", "Cookie": "dockpose=None"}), path) is not None
-
-
-def test_what_a_viewer_sends_changes_nothing(tmp_path):
-    with App(port=0, options=Options(remember_in=tmp_path, view_link=True)) as running:
-        (address,) = running.addresses(for_viewers=True)
-        with urlopen(address, timeout=60) as answer:
-            cookie = answer.headers["Set-Cookie"].split(";")[0]
-            assert 'data-role="view"' in answer.read().decode()
-        handles = running.server.gui._gui_input_handle_from_uuid.values()
-        level = next(handle for handle in handles if getattr(handle, "label", "") == "Min. area (px)")
-        before = level.value
-        for sent, value in ((cookie, 55), (cookie_of(running), 66)):
-            with open_socket(running, sent) as socket:
-                socket.recv(timeout=60)
-                assert level.value == before  # of the viewer's nothing came before that
-                message = messages.GuiUpdateMessage(level._impl.uuid, {"value": value})
-                socket.send(msgspec.msgpack.encode(message.as_serializable_dict()))
-                until(lambda value=value: value != 66 or level.value == 66)
-
-
-@pytest.fixture(scope="module")
-def shared():
-    with App(port=0, options=Options(view_link=True)) as running:
-        yield running
+def test_a_socket_shows_its_cookie_and_not_its_address():
+    guard, host = Guard("127.0.0.1", token="t"), {"Host": "127.0.0.1:80", "Upgrade": "websocket"}
+    assert guard.refusal(Headers(host), "/?token=t") is not None
+    assert guard.refusal(Headers(host | {"Cookie": "dockpose_80=v; dockpose_80=t"}), "/") is None
 
 
 @pytest.mark.slow
-def test_no_request_changes_what_others_see(shared):
-    """Neither of a viewer, nor of a page of another port, to which browsers add the cookie."""
-    viewing = shared.addresses(for_viewers=True)[0]
-    token = shared._guard.token
-    program = SimpleNamespace(port=shared.port, address=shared.address, view_address=viewing, token=token)
-    requests.look_of_others(program, "127.0.0.1")
-    assert not shared._looks.slow
+def test_no_request_changes_what_others_see(app):
+    """As of a page of another port, to which browsers add the cookie."""
+    requests.look_of_others(SimpleNamespace(port=app.port, address=app.address, token=app._guard.token), "127.0.0.1")
+    assert not app._looks.slow
 
 
-def test_each_browser_has_the_colours_of_its_system_and_viewers_slow_nobody_down(shared):
-    viewing = shared.addresses(for_viewers=True)[0]
+def test_each_browser_has_the_colours_of_its_system(app):
     with (
-        Visitor(shared.address) as plain,
-        Visitor(shared.address, look="idA.dark.software") as dark,
-        Visitor(viewing, look="idB.dark.software") as viewer,
-        Visitor(viewing, look="<dark>.x") as odd,
+        Visitor(app.address) as plain,
+        Visitor(app.address, look="idA.dark.software") as dark,
+        Visitor(app.address, look="idB.dark") as other,
+        Visitor(app.address, look="<dark>.x") as odd,
     ):
-        for one in (dark, viewer):
+        for one in (dark, other):
             assert one.until(lambda page: page.is_replayed.is_set() and page.is_dark, 60)
             assert one.was_dark == [True]  # once: what all are sent may come later than what one is
         for one in (plain, odd):
             assert one.until(lambda page: page.is_replayed.is_set() and page.is_dark is False, 60)
-        assert plain.until(lambda _: len(shared.server.get_clients()) == 4, 60)
-        assert len(shared._looks.slow) == 1
+        assert plain.until(lambda _: len(app.server.get_clients()) == 4, 60)
+        assert len(app._looks.slow) == 1
         assert (plain.is_dark, odd.is_dark) == (False, False)
         for said in ("idB", "idC", "", "id"):  # its system is light now; other browsers stay as they are
-            ask(shared, "/look", Cookie=f"{cookie_of(shared)}; dockpose_{shared.port}_look={said}")
-        assert viewer.until(lambda page: page.is_dark is False, 60)
+            ask(app, "/look", Cookie=f"{cookie_of(app)}; dockpose_{app.port}_look={said}")
+        assert other.until(lambda page: page.is_dark is False, 60)
         assert dark.is_dark
         dark.close()
-        assert plain.until(lambda _: not shared._looks.slow, 60)
+        assert plain.until(lambda _: not app._looks.slow, 60)

@@ -12,8 +12,7 @@ import websockets.asyncio.server as websocket_server
 import websockets.datastructures
 import websockets.exceptions
 from dockpose.app.errors import UserError
-from dockpose.app.web.server import protection, start
-from dockpose.app.web.server.gate import Gate
+from dockpose.app.web.server import start
 from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.protection import UnprotectedError
 from dockpose.app.web.server.start import open_server
@@ -95,12 +94,11 @@ WITHOUT_SIZE = dataclasses.make_dataclass("FileTransferStartUpload", ["transfer_
         (Guard, "refusal", pass_sockets, "WebSocket request without the token is not refused"),
         (viser.infra._infra, "websockets", OWN_NAME, "HTTP request without the token is not refused"),
         (Guard, "refusal", ignore_origin, "another origin is not refused"),
-        (Gate, "stand_before", lambda self, connection, only_views: None, "do not pass the gate"),
+        (viser.GuiApi, "_handle_gui_updates", lambda self, message: None, "_handle_gui_updates"),
         (websocket_server, "serve", lambda handler, host, port: None, "checked before they are answered"),
         (WebsockMessageHandler, "unregister_handler", lambda *_: None, "ShareUrlRequest"),
     ],
 )
 def test_whatever_else_is_not_as_it_is_relied_on(monkeypatch, port, owner, name, other, words):
     monkeypatch.setattr(owner, name, other)
-    monkeypatch.setattr(protection, "_TIMEOUT_S", 1.0 if owner is Gate else protection._TIMEOUT_S)
     assert words in refused(port)

@@ -15,6 +15,7 @@ COMMANDS = commands()
 # Commands that are read by the parser and not run here, and why. The first that matches counts.
 NOT_RUN = {
     r"(git|cd|python3|pip|\.) ": "installs the program; make newcomer does",
+    r"ssh ": "needs another machine",
     r"docker ": "needs Docker; tests/test_docker.py and tests/bench/bench_docker.py take its steps without it",
     r"make ": "makes environments, or takes minutes; the target is there",
     r"dockpose( serve .*| --.*)?$": "serves until it is stopped; tests/app/commands/test_serve.py does",

@@ -10,7 +10,6 @@ from dockpose.app.web.app import App
 from dockpose.app.web.notifications import SHOWN_S, Notifications, together
 from dockpose.app.web.server import start as opening
 from dockpose.app.web.server.start import PortBusyError
-from dockpose.app.web.server.viser_private import control
 from dockpose.thresholds import METHODS
 
 from tests.support.visitors import Visitor
@@ -30,10 +29,10 @@ def area(app):
     """A browser, and the control of the least area, with its id."""
     with Visitor(app.address) as visitor:
         assert visitor.until(lambda visitor: AREA in visitor.ids)
-        yield visitor, visitor.ids[AREA], control(app.server.gui, visitor.ids[AREA])
+        yield visitor, visitor.ids[AREA], app.server.gui._gui_input_handle_from_uuid[visitor.ids[AREA]]
         assert visitor.until(lambda visitor: app.view.settings.min_area_px == 60)
         assert visitor.until(lambda visitor: not app.choices._open)
-        assert control(app.server.gui, visitor.ids[AREA]).value == 60
+        assert app.server.gui._gui_input_handle_from_uuid[visitor.ids[AREA]].value == 60
 
 
 @pytest.fixture
@@ -101,7 +100,7 @@ def test_what_is_set_while_another_act_ends_is_not_lost(app, label, value, seen)
     assert app.wait_until_idle(60)
     with Visitor(app.address) as visitor:
         assert visitor.until(lambda visitor: label in visitor.ids)
-        handle = control(app.server.gui, visitor.ids[label])
+        handle = app.server.gui._gui_input_handle_from_uuid[visitor.ids[label]]
         with app._lock:  # another act has begun
             visitor.set(label, value)
             assert visitor.until(lambda visitor: handle.value == value)

@@ -1,5 +1,6 @@
 """What FFmpeg gives: files and streams that are open, what their packets tell, MP4 files that break off, and pixels."""
 
+import contextlib
 import os
 from collections.abc import Iterator
 from functools import lru_cache
@@ -25,6 +26,7 @@ def opened(source: str | BinaryIO, **options: Any) -> InputContainer:
 
 
 _MP4_BEGINS = (b"ftyp", b"moov", b"mdat", b"free", b"wide", b"skip", b"styp", b"moof")
+_MP4_BOXES = (*_MP4_BEGINS, b"sidx", b"mfra", b"uuid", b"udta", b"meta", b"prft", b"emsg", b"pnot", b"pdin")
 _RAW = {"h264", "hevc", "vvc", "mjpeg", "m4v", "mpegvideo", "obu"}  # FFmpeg counts 25 of their frames a second
 # How files of a known format begin, and where.
 _BEGINNINGS = (
@@ -35,24 +37,36 @@ _BEGINNINGS = (
 
 def best_video(container: InputContainer) -> av.VideoStream:
     """The stream that is the film: no cover, no preview; where several are alike that which FFmpeg takes."""
-    best = container.streams.best("video")
+    best, most = container.streams.best("video"), max(map(_length, container.streams.video), default=0)
 
-    def rank(stream: av.VideoStream) -> tuple[bool, int, bool]:
+    def rank(stream: av.VideoStream) -> tuple[bool, bool, int, bool]:
         codec, is_cover = stream.codec_context, bool(stream.disposition & Disposition.attached_pic)
-        return not is_cover and stream.frames != 1, 0 if codec is None else codec.width * codec.height, stream is best
+        size = 0 if codec is None else codec.width * codec.height
+        return not is_cover, 2 * _length(stream) > most or not most, size, stream is best
 
     return max(container.streams.video, key=rank)
+
+
+def _length(stream: av.VideoStream) -> float:
+    """How long a stream is, in frames or seconds as its container tells; 0 where it does not."""
+    hours, _, rest = stream.metadata.get("DURATION", "").partition(":")  # of Matroska
+    minutes, _, seconds = rest.partition(":")
+    with contextlib.suppress(ValueError):
+        return stream.frames or 3600 * int(hours) + 60 * int(minutes) + float(seconds)
+    return 0
 
 
 def others_sentence(container: InputContainer) -> str:
     """Sentence on the streams that were not taken, beside covers; empty where there are none."""
     streams = [each for each in container.streams.video if not each.disposition & Disposition.attached_pic]
-    sizes = {
-        each: f"{each.codec_context.width} x {each.codec_context.height}" for each in streams if each.codec_context
+    names = {
+        each: f"{each.index} ({each.codec_context.width} x {each.codec_context.height})"
+        for each in streams
+        if each.codec_context
     }
     taken = best_video(container)
-    others = ", ".join(size for each, size in sizes.items() if each is not taken)
-    return f"has {len(sizes)} video streams; that of {sizes[taken]} is taken, not {others}" if others else ""
+    others = ", ".join(name for each, name in names.items() if each is not taken)
+    return f"has {len(names)} video streams; number {names[taken]} is taken, not {others}" if others else ""
 
 
 def is_without_clock(container: InputContainer, source: str) -> bool:
@@ -157,6 +171,8 @@ def whole_boxes(path: Path) -> tuple[int, bool]:
         for kind, start, size in _each_box(file):
             if size == 0:  # as far as the file goes
                 return length, False
+            if start + size > length and end and kind not in _MP4_BOXES and last != b"moof":
+                return start, False  # cameras, as Insta360's, put data of their own behind the boxes
             if start + size > length:
                 return (length if kind == b"mdat" else start), True
             end, last = start + size, kind

@@ -17,7 +17,8 @@ from dockpose.sources.frames import Callback, Frame, Indexed, SourceError, growi
 # Clocks that begin with a program or a simulation count from 0; this is in 1973, before anything was recorded.
 _LEAST_UNIX_NS = 10**17
 _DECIMALS = 9
-_TRIED = 50  # pictures at the beginning of which one must be whole, so that its size is known
+_TRIED = 50  # pictures at the beginning, and as many further on, of which one must be whole, so that its size is known
+_MOST_SAID = 100  # by a topic's cameras, of which two are too many already
 _OF_CAMERAS = ("info", "camera_info", "calibration")  # names of what is around the topic of a camera
 # What we wrote and published up to version 0.3: annotated pictures, beside a topic that tells them by name.
 _DRAWN, _BESIDE = "/dock/image/compressed", "/dock/pose_a"
@@ -31,7 +32,8 @@ class _Index:
     # Of each message of a topic with pictures: its file, where it lies in it, when it was recorded, and its own time
     # stamp, None where it cannot be read.
     frames: dict[str, list[tuple[Storage, Place, int, int | None]]] = field(default_factory=dict)
-    cameras: dict[str, Message] = field(default_factory=dict)  # the first of each topic with cameras
+    # Of each topic with cameras the messages that say something new.
+    cameras: dict[str, dict[bytes, Message]] = field(default_factory=dict)
 
     def read(self, file: Storage) -> None:
         """Go through a file of the bag."""
@@ -41,7 +43,9 @@ class _Index:
                 entry = file, message.place, message.time_ns, decoding.stamp_ns(topic, message.data)
                 self.frames.setdefault(topic.name, []).append(entry)
             elif topic.kind in decoding.CAMERAS and decoding.is_read(topic):
-                self.cameras.setdefault(topic.name, message)
+                said = self.cameras.setdefault(topic.name, {})
+                if len(said) < _MOST_SAID:
+                    said.setdefault(decoding.without_stamp(topic, message.data), message)
         self.topics.update({topic.name: topic for topic in file.topics.values()})
 
 
@@ -69,8 +73,9 @@ class Bag(Indexed):
                 raise SourceError(f"{source}: has no message of the topic {self.topic}")
             self._packets = Packets(self.count, lambda at: Packet(self._message(at))) if self._is_video() else None
             self._set_clock()
-            if index.cameras:
-                self._describe_camera(index)
+            frame, size = self._first_readable()
+            if size is not None and index.cameras:
+                self._describe_camera(index, frame, size)
         except BaseException as error:
             self.close()
             if isinstance(error, SourceError) and not str(error).startswith(source):
@@ -163,40 +168,56 @@ class Bag(Indexed):
         return False
 
     def _first_readable(self) -> tuple[str, tuple[int, int] | None]:
-        """The frame of reference of the first picture that can be read, and its width and height; None of none."""
+        """The frame of reference of the first picture that can be read, and its width and height; None of none.
+
+        Raises SourceError where all that are tried cannot be read for one and the same reason.
+        """
         first = 0 if self._packets is None else self._packets.first_key()
-        for at in range(first, min(first + _TRIED, len(self._frames))):
-            with contextlib.suppress(ValueError):
+        reasons = list[str]()
+        count = len(self._frames)
+        begin = min(first + _TRIED, count)
+        for at in (*range(first, begin), *range(begin, count, max(1, count // _TRIED))):
+            try:
                 height, width = self._frame(at).image.shape[:2]
                 return decoding.frame_of(self._message(at)), (width, height)
+            except ValueError as error:
+                reasons.append(str(error).removeprefix(f"{self.source}: frame {at}: "))
+        if len(reasons) > 1 and len(set(reasons)) == 1:
+            raise SourceError(f"{self.source}: no picture of {self.topic} can be read: the first {reasons[0]}")
         return "", None
 
-    def _describe_camera(self, index: _Index) -> None:
+    def _describe_camera(self, index: _Index, frame: str, size: tuple[int, int]) -> None:
         """Take the camera of the pictures from a topic beside them, where it can be theirs; the notes tell of it."""
-        frame, size = self._first_readable()
-        if size is None:
-            return
         above = self.topic.rpartition("/")[0]  # of what is compressed or packed, the topic is one level up
         levels = 1 if self._topic.kind == decoding.IMAGE else 2
         beside = [f"{above}/camera_info", f"{above.rpartition('/')[0]}/camera_info"][:levels]
         usual = next((name for name in beside if name in index.cameras), None)
         near = self._near(index, frame) if usual is None else {usual}
-        found: dict[Camera, tuple[str, list[str]]] = {}
+        found, unusable = dict[Camera, tuple[str, list[str]]](), dict[str, None]()
         for name in sorted(near):
-            notes = list[str]()
-            try:
-                message = decoding.fields_of(index.cameras[name].topic, index.cameras[name].data)
-                camera = camera_in(message, size, notes.append, is_rectified(self.topic))
-            except ValueError as error:
-                self.camera_notes.append(f"the camera of {name} cannot be used ({error})")
-                continue
-            if camera is None:
-                self.camera_notes.append(f"the camera of {name} was not calibrated (its focal length is 0)")
-            elif camera not in found:
-                found[camera] = name, notes
+            for said in index.cameras[name].values():
+                notes = list[str]()
+                try:
+                    message = decoding.fields_of(said.topic, said.data)
+                    camera = camera_in(message, size, notes.append, is_rectified(self.topic))
+                except ValueError as error:
+                    unusable[f"the camera of {name} cannot be used ({error})"] = None
+                    continue
+                if camera is None:
+                    unusable[f"the camera of {name} was not calibrated (its focal length is 0)"] = None
+                elif camera not in found:
+                    found[camera] = name, notes
         if len(found) == 1:
             self.camera, (name, notes) = found.popitem()
             self.camera_notes = [f"the camera is that of the bag's topic {name}", *notes]
+            return
+        self.camera_notes += unusable
+        names = {name for name, _ in found.values()}
+        if len(names) == 1:
+            spans = [(axis, [getattr(camera, axis) for camera in found]) for axis in ("fx", "cx", "cy")]
+            change = ", ".join(f"{axis} from {min(each):.6g} to {max(each):.6g}" for axis, each in spans)
+            note = f"the camera of {names.pop()} changes during the recording ({change} px), so give one as a file"
+            self.camera_notes.append(note)
         elif usual is None:
             why = "more than one of them may be" if found else "none of them is surely"
             known = ", ".join(sorted(index.cameras))
@@ -205,7 +226,8 @@ class Bag(Indexed):
     def _near(self, index: _Index, frame: str) -> set[str]:
         """Topics of cameras that are beside or above that of the pictures, by whatever name, or of the same frame."""
         found = dict[str, int]()
-        for name, message in index.cameras.items():
+        for name, said in index.cameras.items():
+            message = next(iter(said.values()))
             with contextlib.suppress(SourceError):
                 own = decoding.frame_of(decoding.fields_of(message.topic, message.data))
                 parts = name.split("/")[:-1]

@@ -1,5 +1,6 @@
 """Messages of ROS and Foxglove with their fields, in each encoding in which recorders write them."""
 
+import contextlib
 import struct
 from collections.abc import Iterator
 from functools import lru_cache
@@ -103,6 +104,14 @@ def stamp_ns(topic: Topic, data: bytes) -> int | None:
     except (struct.error, IndexError, SourceError):
         return None
     return seconds * 10**9 + nanoseconds
+
+
+def without_stamp(topic: Topic, data: bytes) -> bytes:
+    """What tells whether a camera's message says the same as another, whenever that was."""
+    with contextlib.suppress(SourceError):
+        if topic.encoding in ("json", "protobuf"):
+            return repr(msgspec.structs.replace(fields_of(topic, data), timestamp=_Time())).encode()
+    return data[12:]  # behind the stamp and what is before it
 
 
 @lru_cache(maxsize=2)

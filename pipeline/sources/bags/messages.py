@@ -86,7 +86,7 @@ def _rows(message: Any, pixel_bytes: int, name: str, rows: int | None = None) ->
 
 
 # Words of their own in a topic's name by which pictures have no distortion any more: not "corrected", not "direct".
-_RECTIFIED = re.compile(r"(?<![a-z])(rect|rectif[a-z]+|undist|undistort[a-z]+)(?![a-z])")
+_RECTIFIED = re.compile(r"(?<![a-z])(?<!no_)(?<!no[nt]_)(?<!pre_)(rect|rectif[a-z]+|undist|undistort[a-z]*)(?![a-z])")
 _RAW = re.compile(r"(?<![a-z])raw(?![a-z])")
 
 

@@ -54,7 +54,7 @@ class Packets:
         while index not in self._done and self._next <= self._count and self._next <= index + _KEPT:
             self._decode()
         if index not in self._done:
-            raise SourceError(self._fault or "its packet is damaged, or no key frame came before it")
+            raise SourceError(self._fault or "has a damaged packet, or no key frame came before it")
         return self._done[index]
 
     def _begin(self, index: int) -> None:

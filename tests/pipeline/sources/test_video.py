@@ -188,11 +188,31 @@ def test_an_mp4_cut_in_the_middle_gives_every_whole_frame_and_one_line(tmp_path,
         (b"\0\0\0\x01mdat\0\0\0\0\0\0\0\x10", False),
         (b"\0\0\0\0mdat1234", False),  # as far as the file goes
         (b"\0\0\0\x08moof", True),  # frames would follow
+        (b"\x7f\0\0\1\x0a\x85\1\x0a9876", False),  # a camera's own data behind the boxes
+        (b"\0\0\0\x08moof\x7f\0\0\1\x0a\x85\1\x0a", True),
     ],
 )
 def test_boxes_break_off_wherever_the_file_does(tmp_path, end, is_cut):
     (tmp_path / "a.mp4").write_bytes(b"\0\0\0\x0cftypisom" + end)
     assert whole_boxes(tmp_path / "a.mp4")[1] is is_cut
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.mkv"])
+def test_a_track_of_few_large_pictures_is_not_the_film(tmp_path, name):
+    with av.open(str(tmp_path / name), "w") as container:
+        streams = [container.add_stream("mpeg4", rate=25) for _ in range(2)]
+        for stream, scale in zip(streams, (2, 1), strict=True):
+            stream.width, stream.height, stream.pix_fmt = scale * WIDTH, scale * HEIGHT, "yuv420p"
+        for number in range(10):
+            for stream in streams[0 if number < 2 else 1 :]:
+                frame = av.VideoFrame(stream.width, stream.height, "yuv420p")
+                frame.pts, frame.time_base = number, Fraction(1, 25)
+                container.mux(stream.encode(frame))
+        for stream in streams:
+            container.mux(stream.encode(None))
+    found, told, _ = taken(tmp_path / name)
+    assert [frame.image.shape[:2] for frame in found] == [(HEIGHT, WIDTH)] * 10
+    assert told == [f"{tmp_path / name}: has 2 video streams; number 1 (64 x 48) is taken, not 0 (128 x 96)"]
 
 
 def test_a_file_of_sound_alone_has_no_video(tmp_path):

@@ -267,6 +267,25 @@ def test_a_camera_that_is_not_calibrated_or_of_another_size_is_not_taken(tmp_pat
     assert note.endswith("cannot be used (it is for pictures of 640 x 480 pixels, but they have 64 x 48)")
 
 
+def test_a_camera_that_changes_is_named_and_one_that_is_calibrated_late_is_taken(tmp_path):
+    shown = bags.frames(pictures(2))
+    zoomed = info(K=(140.0, *SMALL[1:]))
+    camera, (note,) = described(tmp_path, [info(), *shown, info(), zoomed])
+    assert camera is None
+    assert "/camera/camera_info changes during the recording (fx from 70 to 140, cx from 31.5 to 31.5" in note
+    camera, notes = described(tmp_path, [info(K=(0.0,) * 9), *shown, zoomed])
+    assert camera is not None
+    assert (camera.fx, len(notes)) == (140.0, 1)
+
+
+def test_pictures_of_which_none_can_be_read_are_named_before_a_camera_is_asked_for(tmp_path):
+    packed = [(TOPIC, bags.IMAGE, START_NS, bags.image(one, "mono12p")) for one in pictures(3)]
+    with pytest.raises(SourceError, match=r"no picture of /\S+ can be read: the first has the encoding 'mono12p'"):
+        described(tmp_path, packed)
+    camera, _ = described(tmp_path, [info(), *packed, *bags.frames(pictures(1))])
+    assert camera is not None
+
+
 @pytest.mark.parametrize(
     ("topic", "infos", "chosen"),
     [

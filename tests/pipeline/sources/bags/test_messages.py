@@ -215,6 +215,7 @@ def test_rectified_is_a_word_of_its_own(topic):
             "/zed/rgb/color/raw/image",
             "/rect/camera/image_raw/ffmpeg",
         ),
+        *("/c/image_not_rectified", "/c/non_rect", "/c/no_rect/image", "/c/image_pre_rect"),
         *("/c/recto", "/c/rectal_probe/image", "/c/erect", "/c/redirect/image", "/c/distorted"),
     ],
 )

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from dockpose.sources import open_frames
+from dockpose.sources import SourceError, open_frames
 from dockpose.sources.bags.decoding import FFMPEG_PACKET
 
 from tests.support import bags, videos_in_bags
@@ -50,6 +50,5 @@ def test_a_damaged_packet_spoils_its_group_at_most(tmp_path):
 
 def test_another_coding_is_refused_by_name(tmp_path):
     path = videos_in_bags.write(tmp_path / "a.mcap", FOXGLOVE, "av1", [b"\x12\0"] * 3)
-    found, told, _ = taken(path)
-    assert found == []
-    assert "has video of the format 'av1'; h264 and h265 are read" in told[0]
+    with pytest.raises(SourceError, match=r"can be read: the first has video of the format 'av1'; h264 and h265 are"):
+        taken(path)

@@ -60,15 +60,12 @@ def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
     facts |= {"SHA-256 of the file": sha256} if sha256 else {}
     error = pose_error(found.selected, view.known_pose)
     facts |= {"Against the known pose": str(error)} if error is not None else {}
-    plots = []
-    if found.threshold is not None:
-        plots.append(("Histogram and threshold", _svg(histogram_figure(found.threshold), "histogram")))
-    line = found.to_dict(view.source)
-    picture = annotate(view.image, found, headline=headline_of(analysis.trust))
+    threshold, picture = found.threshold, annotate(view.image, found, headline=headline_of(analysis.trust))
     return _html(
-        **{"title": view.source, "kind": "picture", "note": " ".join(view.notes), "facts": facts, "plots": plots},
-        groups=_groups(line) | {"Versions": versions()},
+        **{"title": view.source, "kind": "picture", "note": " ".join(view.notes), "facts": facts},
+        groups=_groups(found.to_dict(view.source)) | {"Versions": versions()},
         tables=[_candidates_table(found)] if found.candidates else [],
+        plots=[("Histogram and threshold", _svg(histogram_figure(threshold), "histogram"))] if threshold else [],
         pictures=[(view.source, _data_uri(picture, _WIDEST_PX))],
     )
 
@@ -111,12 +108,11 @@ def sequence_report(path: Path, lines: Sequence[dict[str, Any]]) -> str:
     facts = {"File": path.name, "Frames": f"{len(lines)}, a dock in {ok}"}
     times = [line["time_s"] for line in lines if line.get("time_s") is not None]
     facts |= {"Time": f"{min(times):.3f} to {max(times):.3f} s"} if times else {}
-    pictures = []
-    for line in _spread(lines, MOST_PICTURES):
-        image = _picture_of(line, path.parent)
-        if image is not None:
-            caption = f"{line['source']}, frame {line['frame']}"
-            pictures.append((caption, _annotated_uri(image, line)))
+    pictures = [
+        (f"{line['source']}, frame {line['frame']}", _annotated_uri(image, line))
+        for line in _spread(lines, MOST_PICTURES)
+        if (image := _picture_of(line, path.parent)) is not None
+    ]
     poses = {
         "title": "Chosen poses",
         "head": ("Frame", "Time (s)", *QUANTITIES, "likely (%)", "Track", "Source"),
@@ -164,12 +160,9 @@ def _candidates_table(found: Estimate) -> dict[str, Any]:
 
 
 def _sequence_row(line: Mapping[str, Any]) -> list[str]:
-    pose = chosen_of(line)
-    if pose is None:
-        cells = [status_words(line["status"]), *[""] * 5]
-    else:
+    cells, track = [status_words(line["status"]), *[""] * 5], line.get("track") or {}
+    if (pose := chosen_of(line)) is not None:
         cells = [*(number(value, 2) for value in pose[:5]), percent(pose[5])]
-    track = line.get("track") or {}
     state = "" if not track else "lost" if track.get("lost") else "predicted" if track.get("predicted") else "seen"
     likely = track.get("probability")
     state += f" {percent(likely)} %" if likely is not None else ""

@@ -24,6 +24,7 @@ LEAST_APART_PX = 4.0
 FEWEST_LIGHTS = 4  # three leave no residual: which of their up to four poses is right, a prior decides
 _LARGEST_SHARE = 0.9  # of the picture's smaller side that a ring seen square on fills at the nearest range
 _MOST_TILTED_DEG = 85.0
+_IN_DEG = np.array([1.0, 1.0, 1.0, math.degrees(1), math.degrees(1)])
 _SAME_RAD = math.radians(0.2)  # poses nearer to each other are the same
 
 
@@ -61,8 +62,8 @@ def budget(camera: Camera, dock: Dock, range_m: float, tilt_deg: float, noise_px
     roots = SharedErrors(camera, dock, position).roots(rotation, noise_px).values()
     shared = np.concatenate(deviations(np.sum([root @ root.T for root in roots], axis=0), rotation, 1.0))
     tells = _tells_apart(camera, dock, tilt_deg, lights_px, noise_px)
-    totals = _in_deg(np.hypot(sigmas, shared))
-    return Budget(range_m, tilt_deg, *_view(camera, lights_px), _in_deg(sigmas), tells, totals)
+    totals = _IN_DEG * np.hypot(sigmas, shared)
+    return Budget(range_m, tilt_deg, *_view(camera, lights_px), _IN_DEG * sigmas, tells, totals)
 
 
 def simulated_budget(
@@ -149,10 +150,6 @@ def _linear(
     rays = light_rays(lights_px, camera, float(position_m[2]))
     fit = refine(rotation[None], position_m[None], dock.light_angles_rad()[None], dock.radius, rays)
     return np.concatenate(deviations(fit.covariances[0], rotation, noise_px))
-
-
-def _in_deg(sigmas: np.ndarray) -> np.ndarray:
-    return np.concatenate([sigmas[:3], np.degrees(sigmas[3:])])
 
 
 def _focal_px(camera: Camera) -> tuple[float, float]:

@@ -115,8 +115,8 @@ def camera_of_size(rng: np.random.Generator, sizes: dict[tuple[int, int], float]
 
 def background(rng: np.random.Generator, most: float, gradient: float) -> Background:
     """Ambient light of up to so many levels with gradients of up to so many."""
-    ambient, to_right, to_bottom = (rng.uniform(*each) for each in ((0, most), *[(-gradient, gradient)] * 2))
-    return Background(level=ambient, gradient_x=to_right, gradient_y=to_bottom)
+    level, gradients = rng.uniform(0, most), rng.uniform(-gradient, gradient, 2).tolist()
+    return Background(level=level, gradient_x=gradients[0], gradient_y=gradients[1])
 
 
 def _camera_and_dock(rng: np.random.Generator, farthest_m: float) -> tuple[Camera, Dock, float]:

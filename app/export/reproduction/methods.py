@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from itertools import chain, pairwise
+from typing import Any
 
 import numpy as np
 from dockpose.app.drawing.annotated import kept_pixels
@@ -168,15 +169,9 @@ def _draw_methods(picture: Picture, found: Mapping[str, Estimate]) -> Figure:
     for number, (name, one) in enumerate(found.items()):
         title = f"{NAMES[name]}: level {_level(one)}, {_seen(one)} groups"
         show(axes[number + 1], kept_pixels(picture.image, one), title, found=one)
-        below.annotate(
-            f"{NAMES[name]}: {_level(one)}",
-            (_level(one), top ** (0.95 - 0.15 * number)),
-            xytext=(4, 0),
-            textcoords="offset points",
-            fontsize=SMALL,
-            va="center",
-            bbox={"fc": "white", "ec": "none", "pad": 0.5, "alpha": 0.8},
-        )
+        height, box = top ** (0.95 - 0.15 * number), {"fc": "white", "ec": "none", "pad": 0.5, "alpha": 0.8}
+        how: Any = {"textcoords": "offset points", "fontsize": SMALL, "va": "center", "bbox": box}
+        below.annotate(f"{NAMES[name]}: {_level(one)}", (_level(one), height), (4, 0), **how)
         below.axvline(_level(one), color="black", lw=0.8, ls="-." if name == "hats" else ":")
     below.set_xlabel("grey level", fontsize=SMALL)
     return figure

@@ -59,7 +59,7 @@ def advice_html(summary: Mapping[str, Any], *, with_tables: bool = True) -> str:
 def trust_table(summary: Mapping[str, Any], name: str) -> NumberTable:
     """How far the program's pose can be trusted, by the bins of a factor."""
     factor, rows = summary["factors"][name], []
-    for label, result in zip(factor["bins"], factor["methods"][PRODUCT], strict=True):
+    for label, result in _product_by(factor).items():
         shares = (result[key]["value"] for key in ("success", "right_of_reported", "nearer", "z_in_95"))
         cells = [*shares, result["position_error_share"]["value"], result["position_error_share_90"]]
         angles = result["angle_error_deg"]["value"], result["angle_error_deg_90"]
@@ -74,17 +74,15 @@ def parts_of(summary: Mapping[str, Any], cost: Columns) -> list[Part]:
     def part(key: str, figures: Mapping[str, Figure], tables: Mapping[str, Rows], *paragraphs: str) -> Part:
         return Part.of(key, figures, tables, files="", text="\n\n".join(paragraphs), **numbers)
 
-    against: list[list[Cell]] = []
-    for first, rival in itertools.product((HATS, PRODUCT), RIVALS):
-        one = summary["against"][first][rival]
-        counts = [one[key] for key in ("first_only", "second_only", "p_value")]
-        against.append([title_of(first), title_of(rival), *_with_interval(one), *counts])
+    against = [
+        [title_of(first), title_of(rival), *_with_interval(one), one["first_only"], one["second_only"], one["p_value"]]
+        for first, of in summary["against"].items()
+        for rival, one in of.items()
+    ]
     of_all: list[list[Cell]] = []
-    for result in summary["methods"].values():
-        others = (_hundred(result[key]["value"]) for key in (*_OF_ALL, "position_error_share"))
-        of_all.append(
-            [result["title"], *_with_interval(result["success"]), *others, result["angle_error_deg"]["value"]]
-        )
+    for one in summary["methods"].values():
+        others = (_hundred(one[key]["value"]) for key in (*_OF_ALL, "position_error_share"))
+        of_all.append([one["title"], *_with_interval(one["success"]), *others, one["angle_error_deg"]["value"]])
     times = {label: of_method(cost, label) for label in methods()}
     by_width = {
         label: {int(w): float(np.median(one[ELAPSED][one["width_px"] == w])) for w in np.unique(one["width_px"])}

@@ -6,7 +6,7 @@ import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE, THRESHOLD_COLOUR
 from dockpose.app.drawing.numbers import count
 from dockpose.app.export import plots as draw
-from dockpose.app.export.parts import Cell, Part
+from dockpose.app.export.parts import Part
 from dockpose.app.export.plots import PHOTO_DPI, SMALL, canvas, show
 from dockpose.paper import levels as sweeps
 from dockpose.paper.levels import AtLevel, Picture, are_the_lights, centre_errors_px, group_centres
@@ -36,12 +36,12 @@ def figure_3(seed: int) -> Part:
     seen = {name: picture.at(level) for name, level in levels.items()}
     figure = canvas(8.6, 5.9, PHOTO_DPI)
     axes = figure.subplots(2, 3).ravel()
-    titles = [f"{name}: level {one.level}, {count(one.groups, 'group')}" for name, one in seen.items()]
-    _show_levels(axes, picture, dict(zip(titles, seen.values(), strict=True)))
+    titled = {f"{name}: level {one.level}, {count(one.groups, 'group')}": one for name, one in seen.items()}
+    _show_levels(axes, picture, titled)
     draw.draw_groups(axes[5], picture.groups, picture.hats.level, picture.lights)
     axes[5].set_xlabel("level", fontsize=SMALL)
     axes[5].set_title("groups at each level", fontsize=SMALL)
-    rows: list[tuple[Cell, ...]] = []
+    rows = []
     for name, one in seen.items():
         ellipse = one.found.ellipse
         shape = (None,) * 4 if ellipse is None else (*ellipse.centre_px, *ellipse.semi_axes_px)
@@ -55,7 +55,7 @@ def figure_8(seed: int) -> Part:
     seen = {name: picture.at(picture.hats.level) for name, picture in pictures.items()}
     figure = canvas(8.6, 9.2, PHOTO_DPI)
     grid = figure.subplots(len(pictures), 3, width_ratios=(2, 3, 3))
-    rows: list[tuple[Cell, ...]] = []
+    rows, exact = [], []
     for axes, (name, picture) in zip(grid, pictures.items(), strict=True):
         one = seen[name]
         counts = picture.hats.floor, picture.lights, one.groups, one.found.lights_on_ring
@@ -63,14 +63,11 @@ def figure_8(seed: int) -> Part:
         show(axes[0], picture.image, f"{name}\nlevel {one.level}, {one.groups} groups", found=one.found)
         draw.draw_histogram(axes[1], picture.histogram.counts, one.level)
         draw.draw_groups(axes[2], picture.groups, one.level, picture.lights)
+        if are_the_lights(group_centres(picture.histogram, one.level), picture.lights_px):
+            exact.append(name)
     for column, title in ((1, "histogram"), (2, "groups at each level")):
         grid[0, column].set_title(title, fontsize=SMALL)
         grid[-1, column].set_xlabel("grey level", fontsize=SMALL)
-    exact = [
-        name
-        for name, picture in pictures.items()
-        if are_the_lights(group_centres(picture.histogram, seen[name].level), picture.lights_px)
-    ]
     return Part.of("figure_8", {"main": figure}, {"main": rows}, exact=exact, pictures=pictures, seen=seen)
 
 
@@ -123,9 +120,8 @@ def figure_16(seed: int) -> Part:
     picture = Picture(near_ring(seed))
     levels, lights, errors = sweeps.two_levels(picture, _PICTURES)
     figure = canvas(8.6, 3.3, PHOTO_DPI)
-    seen = [picture.at(level) for level in levels]
-    titles = [f"level {one.level}: {count(one.groups, 'group')}" for one in seen]
-    _show_levels(figure.subplots(1, 3), picture, dict(zip(titles, seen, strict=True)))
+    seen = {f"level {one.level}: {count(one.groups, 'group')}": one for one in map(picture.at, levels)}
+    _show_levels(figure.subplots(1, 3), picture, seen)
     exact = sweeps.ellipse_values(picture.truth.ellipse)
     means, scatter, differences = errors.mean(axis=0), errors.std(axis=0, ddof=1), np.diff(errors, axis=1)[:, 0]
     difference, error = differences.mean(axis=0), differences.std(axis=0, ddof=1) / np.sqrt(len(errors))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import msgspec
 import numpy as np
 from dockpose.app.drawing.colours import BARS_COLOUR, BLUE, GREEN, ORANGE, PURPLE, THRESHOLD_COLOUR
-from dockpose.app.export.parts import Cell, Part, Rows
+from dockpose.app.export.parts import Part, Rows
 from dockpose.app.export.plots import PHOTO_DPI, SMALL, canvas, draw_histogram, show
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
@@ -137,9 +137,9 @@ def figure_7(seed: int) -> Part:
 
 
 def _table(pictures: Mapping[str, _LampPicture], spreads: Mapping[str, PointSpread]) -> Rows:
-    rows: list[tuple[Cell, ...]] = []
+    rows = []
     for key, picture in pictures.items():
-        shares: tuple[Cell, ...] = (None,) * 3
+        shares: tuple[float | None, ...] = (None,) * 3
         if (spread := spreads.get(key)) is not None:
             shares = spread.direct_share, spread.glow_share, _glow_within(spread, math.radians(_WITHIN_DEG))
         of_peak = (100 * picture.share_of_lamp_in_peak, picture.prominence, 100 * picture.share_of_direct)

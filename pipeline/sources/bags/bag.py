@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from itertools import accumulate
 from typing import Any
 
+import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.sources.bags import decoding
 from dockpose.sources.bags.messages import camera_in, is_rectified, picture_in
@@ -18,6 +19,7 @@ from dockpose.sources.frames import Callback, Frame, Indexed, SourceError, growi
 _LEAST_UNIX_NS = 10**17
 _DECIMALS = 9
 _TRIED = 50  # pictures at the beginning, and as many further on, of which one must be whole, so that its size is known
+_ROUNDED = 1e-6  # by how much two cameras may differ that are the same, as a share, or in pixels
 _MOST_SAID = 100  # by a topic's cameras, of which two are too many already
 _OF_CAMERAS = ("info", "camera_info", "calibration")  # names of what is around the topic of a camera
 # What we wrote and published up to version 0.3: annotated pictures, beside a topic that tells them by name.
@@ -53,6 +55,15 @@ def _words(topic: Topic) -> str:
     """The type of a topic's messages, and their encoding where that is what cannot be read."""
     is_unread = topic.kind in decoding.PICTURES and not decoding.is_read(topic)
     return f"{topic.kind} in {topic.encoding}, which is not read" if is_unread else topic.kind or topic.encoding
+
+
+def _is_alike(camera: Camera, other: Camera) -> bool:
+    """Whether two cameras of a recording are the same but for how their numbers were rounded."""
+    first, second = (
+        [each.width, each.height, each.fisheye, each.fx, each.fy, each.cx, each.cy, *each.distortion]
+        for each in (camera, other)
+    )
+    return len(first) == len(second) and np.allclose(first, second, rtol=_ROUNDED, atol=_ROUNDED)
 
 
 class Bag(Indexed):
@@ -205,7 +216,7 @@ class Bag(Indexed):
                     continue
                 if camera is None:
                     unusable[f"the camera of {name} was not calibrated (its focal length is 0)"] = None
-                elif camera not in found:
+                elif not any(_is_alike(camera, other) for other in found):
                     found[camera] = name, notes
         if len(found) == 1:
             self.camera, (name, notes) = found.popitem()

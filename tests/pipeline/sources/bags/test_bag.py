@@ -269,6 +269,10 @@ def test_a_camera_that_is_not_calibrated_or_of_another_size_is_not_taken(tmp_pat
 
 def test_a_camera_that_changes_is_named_and_one_that_is_calibrated_late_is_taken(tmp_path):
     shown = bags.frames(pictures(2))
+    rounded = info(K=(70.0 + 1e-9, *SMALL[1:]))
+    camera, notes = described(tmp_path, [info(), *shown, rounded])
+    assert camera is not None
+    assert notes == ["the camera is that of the bag's topic /camera/camera_info"]
     zoomed = info(K=(140.0, *SMALL[1:]))
     camera, (note,) = described(tmp_path, [info(), *shown, info(), zoomed])
     assert camera is None

@@ -72,7 +72,7 @@ def of_no_bytes(program, source):
         with opened(program, "127.0.0.1"):
             took_s = time.monotonic() - began_s
         assert took_s < 5, f"a new page took {took_s:.1f} s"
-    return f"cut off after 2,000; meanwhile a new page opened in {took_s:.1f} s"
+    return f"cut off after 1,000; meanwhile a new page opened in {took_s:.1f} s"
 
 
 def many_at_once(program, source):

@@ -161,7 +161,7 @@ def ten_thousand_a_second(program, source):
             time.sleep(0.008)
     visitor.until(lambda page: False, 5)
     assert not visitor.is_open, "it is not cut off"
-    return "cut off after 2,000 at once"
+    return "cut off after 1,000 at once"
 
 
 def html_in_every_name(program, source):

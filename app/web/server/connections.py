@@ -15,10 +15,9 @@ SETTINGS = {"max_size": 16 * 2**20, "compression": None}
 _MOST_BYTES = 48 * 2**20  # on their way, to and from all pages together
 _MANY_BYTES = 2**20  # of one page that are worth counting what all have
 _SLICE_BYTES = 8 * 2**10  # looked at in between: it may hold 1,300 empty frames
-_FRAMES_HZ, _FRAMES_AT_ONCE = 400.0, 2000.0  # that one page may send
+_FRAMES_HZ, _FRAMES_AT_ONCE = 400.0, 1000.0  # that one page may send
 _OPENED_HZ, _OPENED_AT_ONCE = 5.0, 5.0  # pages that one machine may open; each is sent all that there is to see
 _LONGEST_WAIT_S, _MOST_MACHINES = 2.0, 1000
-_TO_READ_WHY_S = 1.0
 # Why websockets closes a connection whose frames are no frames, no text, or too large.
 _BAD_FRAMES = (CloseCode.PROTOCOL_ERROR, CloseCode.INVALID_DATA, CloseCode.MESSAGE_TOO_BIG)
 
@@ -93,7 +92,6 @@ class _Connection(ServerConnection):
         super().__init__(*arguments, **keywords)
         self._all, self._frames = counted_by, _Bucket(_FRAMES_HZ, _FRAMES_AT_ONCE)
         self._begun_bytes = 0  # that came of a message which has not ended
-        self._is_bad = False  # closed for its frames, though its browser may not heed that
 
     @property
     def bytes_on_their_way(self) -> int:
@@ -106,12 +104,14 @@ class _Connection(ServerConnection):
 
     def data_received(self, data: bytes) -> None:
         for start in range(0, len(data), _SLICE_BYTES):
-            if self._is_bad or self.transport.is_closing():
+            if self.transport.is_closing():
                 return
             piece = data[start : start + _SLICE_BYTES]
             self._begun_bytes += len(piece)
             super().data_received(piece)
-            self._end_if_bad()
+            closed = self.protocol.close_sent
+            if closed is not None and closed.code in _BAD_FRAMES:  # its browser may never heed that
+                self._all.cut_off(self, closed.reason)
         self._all.hear(self)
         if self._begun_bytes > _MANY_BYTES:
             self._all.bound_bytes()
@@ -130,13 +130,6 @@ class _Connection(ServerConnection):
     def connection_lost(self, exc: Exception | None) -> None:
         self._all.end(self)
         super().connection_lost(exc)
-
-    def _end_if_bad(self) -> None:
-        sent = self.protocol.close_sent
-        if sent is not None and sent.code in _BAD_FRAMES and not self.protocol.close_rcvd_then_sent:
-            self._is_bad = True
-            JOURNAL.note(client_of(self), f"closed its connection: {sent.reason}")
-            self.loop.call_later(_TO_READ_WHY_S, self.transport.abort)
 
 
 class _Bucket:

@@ -177,7 +177,7 @@ def test_a_journal_counts_what_it_leaves_out(caplog):
 )
 def test_a_frame_that_is_none_closes_its_sender_with_a_line(app, visitors, caplog, monkeypatch, raw, words):
     def lines():
-        return [line for line in caplog.messages if line.startswith("127.0.0.1: closed its connection: ")]
+        return [line for line in caplog.messages if line.startswith("127.0.0.1: cut off: ")]
 
     monkeypatch.setattr(journal, "_EVERY_S", 0.0)
     with Visitor(app.address) as visitor, caplog.at_level(logging.WARNING):
@@ -271,7 +271,7 @@ def test_frames_that_inflate_are_refused_told_and_let_go_of_where_nobody_reads(p
         until(lambda: open_sockets() <= before + 3)  # ours, whose other ends are gone
     told = [text for text in caplog.messages if "reserved bits" in text]
     assert len(told) == 3
-    assert all(text.startswith("127.0.0.1: closed its connection: ") for text in told)
+    assert all(text.startswith("127.0.0.1: cut off: ") for text in told)
 
 
 def opened(page, stack, source="127.0.0.1"):

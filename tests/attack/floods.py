@@ -90,7 +90,7 @@ def many_pages_in_a_row(program, source):
         with Visitor(program.address) as other:
             assert other.is_replayed.wait(5), "another machine's page does not open"
         took_s = opened_after_s(program, source)
-    return f"refused but for ten a second; a page of that machine opens after {took_s:.1f} s"
+    return f"refused but for five a second; a page of that machine opens after {took_s:.1f} s"
 
 
 def pages_that_stay(program, source):

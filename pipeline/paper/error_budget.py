@@ -129,10 +129,9 @@ PICTURES_OF = {
 
 def poses_of_tables() -> tuple[np.ndarray, np.ndarray, list[int]]:
     """Measured poses (12, 5), the paper's signed errors (12, 5) and numbers of lights of all three tables."""
-    measured, estimated = (
-        np.vstack([getattr(of, name) for of in TABLES.values()]) for name in ("measured", "estimated")
-    )
-    return measured, estimated - measured, [table.lights for table in TABLES.values() for _ in table.measured]
+    tables = TABLES.values()
+    measured, estimated = (np.vstack([getattr(of, name) for of in tables]) for name in ("measured", "estimated"))
+    return measured, estimated - measured, [table.lights for table in tables for _ in table.measured]
 
 
 def errors_of(

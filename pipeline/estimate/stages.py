@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
 from typing import Any
@@ -82,16 +82,20 @@ def judge_ring(
 ) -> tuple[str, str, dict[str, Any], float]:
     """Status, message, stages and log of the chance of a ring; its threshold, markers and ring are in ``stages``."""
     ring = stages["ring"]
-    if ring.focal_px is not None:  # the spacing would only tell how wrong the camera is
-        dock = msgspec.structs.replace(dock, lights=None)
-    elif dock.lights is None and ring.lights:
+    if ring.focal_px is None and ring.lights and ring.on_ring.sum() < MIN_POINTS:
         dock = msgspec.structs.replace(dock, lights=ring.lights)
     try:
         ellipse, choice, log_chance, reason = _judged(ring, picture, stages["markers"], camera, dock)
-        part = evenly_spaced_part(ring, stages["markers"], choice, camera, dock) if choice.lights is None else None
+        part = None
+        if choice.lights is None and ring.focal_px is None:
+            known = msgspec.structs.replace(dock, lights=dock.lights or ring.lights)
+            part = evenly_spaced_part(ring, stages["markers"], choice, camera, known)
         if part is not None:
-            ring = stages["ring"] = part
+            ring = part
             ellipse, choice, log_chance, reason = _judged(ring, picture, stages["markers"], camera, dock)
+        if choice.number is not None:
+            ring = replace(ring, lights=choice.number)
+        stages["ring"] = ring
     except NoEllipseError as error:
         if (lights := int(ring.on_ring.sum())) < MIN_POINTS:
             kept = {name: stages[name] for name in ("threshold", "markers")}

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from dockpose.camera.camera import Camera
@@ -56,6 +56,8 @@ class Choice:
         Number of the light that each point is, counted around the ring; None where it is not known.
     coincide : bool
         Whether the dock is so nearly square on that both poses are the same within their errors.
+    number : int or None
+        How many lights the dock has, by their spacing, where it was not told; None where it was, or stays unknown.
     """
 
     candidates: tuple[CirclePose, ...]
@@ -63,6 +65,13 @@ class Choice:
     selected_by: str
     lights: np.ndarray | None
     coincide: bool = False
+    number: int | None = None
+
+    def with_first(self, probability: float) -> "Choice":
+        """The same two poses where the first has another probability, of at least a half."""
+        first, second = self.candidates
+        pair = replace(first, probability=probability), replace(second, probability=1 - probability)
+        return replace(self, candidates=pair)
 
     @property
     def decided(self) -> bool:
@@ -85,8 +94,7 @@ def choose_by_spacing(
     t = np.array([pose.position_m for pose in poses])
     placement = place(angles_on_planes(rays, R, t), dock, labels)
     if not any(placement.fits):
-        fit = refine(R, t, None, dock.radius, rays)
-        return choice_of(fit, [0.5, 0.5], None, "none", camera, dock, rays)
+        return choose_by_side(poses, points_px, camera, dock)
     fit = refine(R, t, placement.angles_rad, dock.radius, rays)
     if dock.offsets_m:
         fit, placement = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
@@ -107,6 +115,16 @@ def choose_by_spacing(
     if not dock.offsets_m and min(squares) > fit.points * _PLACED_PX**2:
         fit = _slid(fit, placement, dock, rays)
     return choice_of(fit, [first, 1 - first], placement, by, camera, dock, rays, least_px)
+
+
+def choose_by_side(
+    poses: Sequence[CirclePose], points_px: np.ndarray, camera: Camera, dock: Dock, first: float = 0.5
+) -> Choice:
+    """Refine both candidates by lights (N, 2) anywhere on the circle, where the first has a known probability."""
+    rays = light_rays(points_px, camera, float(poses[0].position_m[2]))
+    R, t = np.array([pose.rotation for pose in poses]), np.array([pose.position_m for pose in poses])
+    fit = refine(R, t, None, dock.radius, rays)
+    return choice_of(fit, [first, 1 - first], None, "none" if first == 0.5 else "spacing", camera, dock, rays)
 
 
 def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, dock: Dock, rays: LightRays) -> Fit:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
@@ -25,6 +26,7 @@ from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
 from dockpose.lights.whole import log_chance_of_all
 from dockpose.pose.choice import Choice
+from dockpose.pose.side import poses_by_side
 from dockpose.pose.solve import find_poses
 from dockpose.pose.strokes import on_plane
 
@@ -39,9 +41,19 @@ def judged(
 ) -> tuple[Ellipse, Choice, float, str | None]:
     """Return a ring's ellipse, poses, log of its chance, and why it is no dock; NoEllipseError where it has no pose."""
     lights = markers.part(ring.on_ring)
-    ellipse, choice = find_poses(lights.points_px, camera, dock, labels, ring.ellipse, lights.covariances_px2)
+    if ring.focal_px is not None and ring.lights is not None:  # the spacing would only tell how wrong the camera is
+        dock = msgspec.structs.replace(dock, lights=None)
+        ellipse, choice = poses_by_side(lights.points_px, camera, dock, ring.lights, ring.focal_px, ring.ellipse)
+    else:
+        ellipse, choice = find_poses(lights.points_px, camera, dock, labels, ring.ellipse, lights.covariances_px2)
+    dock = with_number(dock, choice)
     log_chance = log_chance_of_ring(ring, markers, ellipse, choice, camera, dock, area_px2)
     return ellipse, choice, log_chance, why_no_dock(ring, markers, ellipse, choice, camera, dock, log_chance)
+
+
+def with_number(dock: Dock, choice: Choice) -> Dock:
+    """The dock, of an unknown number of lights with that which their spacing tells."""
+    return dock if choice.number is None else msgspec.structs.replace(dock, lights=choice.number)
 
 
 def log_chance_of_ring(

@@ -11,6 +11,7 @@ from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ell
 from dockpose.pose.choice import Choice, choose_by_spacing
 from dockpose.pose.circle import CirclePose, circle_poses
 from dockpose.pose.few_lights import FEWEST, poses_from_few_lights
+from dockpose.pose.number import choose_with_number
 from dockpose.pose.refine import light_rays, on_planes
 from numpy.typing import ArrayLike
 
@@ -66,16 +67,41 @@ def find_poses(
         circle = dock.radius * np.column_stack([np.cos(angles), np.sin(angles)]) @ pose.rotation[:, :2].T
         seen = (pose.position_m + circle) @ camera.matrix.T  # as a pinhole sees it
         return fit_ellipse(seen[:, :2] / seen[:, 2:]), choice
-    if _scatter_about_line_px(points) < _ON_A_LINE_PX:
-        raise NoEllipseError("the points lie on a line")
+    ellipse, poses = both_poses(points, camera, dock, ellipse)
+    choice = _chosen(poses, points, camera, dock, labels, covariances_px2)
     if camera.port is None:
-        ellipse = ellipse or fit_ellipse(camera.undistort(points))
-        poses = circle_poses(ellipse, camera, dock.diameter)
-        return ellipse, _finite(choose_by_spacing(poses, points, camera, dock, labels, covariances_px2))
-    poses = _poses_behind_port(points, camera, dock)
-    choice = _finite(choose_by_spacing(poses, points, camera, dock, labels, covariances_px2))
+        return ellipse, choice
     chosen = choice.candidates[choice.selected]
     return fit_ellipse(camera.virtual_pixels(points, _depths(points, camera, chosen))), choice
+
+
+def both_poses(
+    points_px: np.ndarray, camera: Camera, dock: Dock, ellipse: Ellipse | None = None
+) -> tuple[Ellipse, tuple[CirclePose, CirclePose]]:
+    """The ellipse through points (N, 2), as it is seen from the first pose behind a port, and both poses of it."""
+    if _scatter_about_line_px(points_px) < _ON_A_LINE_PX:
+        raise NoEllipseError("the points lie on a line")
+    if camera.port is None:
+        ellipse = ellipse or fit_ellipse(camera.undistort(points_px))
+        return ellipse, circle_poses(ellipse, camera, dock.diameter)
+    poses = _poses_behind_port(points_px, camera, dock)
+    return fit_ellipse(camera.virtual_pixels(points_px, _depths(points_px, camera, poses[0]))), poses
+
+
+def _chosen(
+    poses: Sequence[CirclePose],
+    points_px: np.ndarray,
+    camera: Camera,
+    dock: Dock,
+    labels: Sequence[str | None] | None,
+    covariances_px2: np.ndarray | None,
+) -> Choice:
+    """The choice between both poses of lights (N, 2), of a known number or any."""
+
+    def choose(dock: Dock) -> Choice:
+        return choose_by_spacing(poses, points_px, camera, dock, labels, covariances_px2)
+
+    return _finite(choose(dock) if dock.lights is not None else choose_with_number(choose, len(points_px), dock))
 
 
 def _finite(choice: Choice) -> Choice:

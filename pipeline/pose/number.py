@@ -1,0 +1,41 @@
+"""The number of a dock's lights where nobody told it: one more unknown, with a probability of its own."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+from dockpose.dock import Dock
+from dockpose.pose.choice import Choice
+from dockpose.pose.uncertainty import WORTH_OF_EVIDENCE, log_evidence
+
+# How often a lamp that a dock has is not seen: burnt out, turned away or hidden. Numbers of which fewer than a third of
+# the lights would be seen are not tried.
+_UNSEEN, _MOST_TIMES = 0.15, 3
+
+
+def choose_with_number(choose: Callable[[Dock], Choice], count: int, dock: Dock) -> Choice:
+    """The choice by the likeliest number of lights of which so many are seen, its probabilities summed over numbers.
+
+    Each number is as likely as the lights' squares make it, and the less likely the more of its lights are missing.
+    """
+    choices, logs = [], []
+    for number in range(count, _MOST_TIMES * count + 1):
+        one = choose(msgspec.structs.replace(dock, lights=number))
+        if one.selected_by == "none":
+            continue
+        squares_px2 = count * np.array([pose.rms_px or 0.0 for pose in one.candidates]) ** 2
+        evidence = WORTH_OF_EVIDENCE * log_evidence(squares_px2, 2 * count - 6)
+        choices.append(replace(one, number=number))
+        logs.append(float(np.logaddexp.reduce(evidence)) + (number - count) * math.log(_UNSEEN))
+    if not choices:
+        return choose(dock)
+    weights = np.exp(np.array(logs) - max(logs))
+    reference = choices[int(np.argmax(weights))].candidates[0].normal
+    # Refined by another number a pose stays itself: that of the two which is nearer.
+    is_same = np.array([one.candidates[0].normal @ reference > one.candidates[1].normal @ reference for one in choices])
+    own = np.array([one.candidates[0].probability or 0.0 for one in choices])
+    ours = float(weights @ np.where(is_same, own, 1 - own) / weights.sum())
+    winners = weights * (is_same if ours >= 0.5 else ~is_same)
+    return choices[int(np.argmax(winners))].with_first(max(ours, 1 - ours))

@@ -1,0 +1,79 @@
+"""Which of the two poses is right where the lights' spacing fits another camera: by the side that is nearer."""
+
+import math
+from collections.abc import Sequence
+
+import cv2
+import msgspec
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.camera.sigma import with_errors
+from dockpose.dock import Dock
+from dockpose.lights.ellipse import Ellipse
+from dockpose.pose.choice import Choice, choose_by_side
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.solve import both_poses, find_poses
+
+_NUMBERS = 8  # of a homography
+
+
+def poses_by_side(
+    points_px: np.ndarray, camera: Camera, dock: Dock, lights: int, focal_px: float, ellipse: Ellipse | None = None
+) -> tuple[Ellipse, Choice]:
+    """Both poses of lights (N, 2) by their ellipse alone, and which is right by the homography of the lights.
+
+    They are spaced as so many are by a focal length that is not the camera's, and no number of a pose holds that comes
+    from that; but which side of a plane is nearer shows in its homography, which knows nothing of the camera.
+    """
+    ellipse, poses = both_poses(points_px, camera, dock, ellipse)
+    scale = focal_px / math.sqrt(camera.fx * camera.fy)
+    other = msgspec.structs.replace(camera, fx=scale * camera.fx, fy=scale * camera.fy)
+    told = find_poses(points_px, other, msgspec.structs.replace(dock, lights=lights))[1]
+    first = 0.5
+    if told.lights is not None and len(points_px) * 2 > _NUMBERS:
+        seen_px = camera.undistort(points_px)
+        apart, first = _first_is_right(seen_px, 2 * math.pi / lights * told.lights, told.candidates, other)
+        own = _rising(poses[0], camera) - _rising(poses[1], camera)
+        first = first if own @ apart > 0 else 1 - first
+    # How far off its focal length is, is what is known of the error.
+    off_px = np.array([camera.fx, camera.fy]) * (scale - 1)
+    camera = with_errors(camera, ["fx", "fy"], np.outer(off_px, off_px))
+    return ellipse, choose_by_side(poses, points_px, camera, dock, first)
+
+
+def _first_is_right(
+    seen_px: np.ndarray, angles_rad: np.ndarray, poses: Sequence[CirclePose], camera: Camera
+) -> tuple[np.ndarray, float]:
+    """How the rise of the first of two poses differs from the second's (2,), and how likely it is the right one."""
+    middle, size = seen_px.mean(axis=0), float(seen_px.std())
+    places, seen = np.column_stack([np.cos(angles_rad), np.sin(angles_rad)]), (seen_px - middle) / size
+    H, _ = cv2.findHomography(places, seen)
+    one, other = _rising(poses[0], camera), _rising(poses[1], camera)
+    if H is None:
+        return one - other, 0.5
+    flat = np.column_stack([places, np.ones(len(places))])
+    behind = flat @ H.T
+    w, image = behind[:, 2:], behind[:, :2] / behind[:, 2:]
+    nothing = np.zeros((len(places), 3))
+    J = np.stack(
+        [
+            np.hstack([flat / w, nothing, -image[:, :1] * flat[:, :2] / w]),
+            np.hstack([nothing, flat / w, -image[:, 1:] * flat[:, :2] / w]),
+        ]
+    ).reshape(-1, _NUMBERS)
+    freedom = len(J) - _NUMBERS
+    variance = float(((image - seen) ** 2).sum()) / freedom
+    # By how much nearness, 1 / depth, grows from the middle on, per pixel; the affine part is known well beside it.
+    slopes = H[:2, :2] - np.outer(H[:2, 2], H[2, :2])
+    turned = -np.linalg.inv(slopes).T / size
+    rise, covariance = turned @ H[2, :2], turned @ (variance * np.linalg.inv(J.T @ J)[6:, 6:]) @ turned.T
+    along = one - other
+    off = float((rise - (one + other) / 2) @ along) / math.sqrt(max(float(along @ covariance @ along), 1e-30))
+    from scipy.special import stdtr  # takes a third of a second to import, which few pictures need
+
+    return along, float(stdtr(freedom, off))
+
+
+def _rising(pose: CirclePose, camera: Camera) -> np.ndarray:
+    """By which share (2,) per pixel a dock's nearness, 1 / depth, grows across its picture."""
+    return pose.normal[:2] / float(pose.normal @ pose.position_m) * pose.position_m[2] / [camera.fx, camera.fy]

@@ -1,0 +1,301 @@
+"""Which of the two poses is chosen, and how sure: ``python -m tests.bench.bench_chosen [KIND...] [--data DATA]``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from multiprocessing import get_context
+from pathlib import Path
+
+import cv2
+import msgspec
+import numpy as np
+from dockpose import Camera, Dock, estimate
+from dockpose.camera.image import read
+
+from tests.bench.built import built
+from tests.bench.lamps import DIAMETER_M
+from tests.bench.seen_scenes import Shown, circle, dock_drawn, drawn, even
+from tests.support.judged import SURE, Judgement, judge
+
+BINS = (0.5, 0.8, 0.95, 0.99, 1.0001)
+_LED_FIELD_OF_VIEW = 1.1547  # of a photograph's width to the assumed focal length: 60 degrees across
+_SEED = 2026
+
+
+def plain(rng: np.random.Generator, is_told: bool, most_missing: int = 2) -> Shown:
+    """A dock a few diameters away on dark water, none to two of its lamps out."""
+    lights = int(rng.integers(7, 25))
+    return _drawn(rng, lights, int(rng.integers(0, most_missing + 1)), is_told, share=(0.14, 0.42))
+
+
+def hard(rng: np.random.Generator, is_told: bool) -> Shown:
+    """The same farther away, dim, in noise."""
+    lights = int(rng.integers(7, 17))
+    missing, noise = int(rng.integers(0, 3)), rng.uniform(2, 4)
+    return _drawn(rng, lights, missing, is_told, share=(0.08, 0.2), above=noise * rng.uniform(6, 20), noise=noise)
+
+
+def _drawn(
+    rng: np.random.Generator,
+    lights: int,
+    missing: int,
+    is_told: bool,
+    share: tuple[float, float],
+    noise: float = 1.5,
+    above: float | None = None,
+) -> Shown:
+    kept = np.sort(rng.choice(lights, lights - missing, replace=False))
+    dock = Dock(DIAMETER_M, lights if is_told else None)
+    lamps = dock_drawn(rng, circle(even(lights)[kept]), dock, share=share, tilt_deg=(8, 45))
+    return drawn(rng, lamps, background=rng.uniform(3, 40), noise=noise, above=above)
+
+
+def of_another_camera(rng: np.random.Generator, factor: float) -> Shown:
+    """Twenty-four lights, and a camera file with so many times the true focal length."""
+    shown = _drawn(rng, 24, int(rng.integers(0, 2)), rng.random() < 0.5, share=(0.2, 0.42))
+    camera = shown.camera
+    wrong = msgspec.structs.replace(camera, fx=factor * camera.fx, fy=factor * camera.fy)
+    return Shown(shown.image, wrong, shown.dock, shown.position_m, shown.normal)
+
+
+def hand_built(rng: np.random.Generator) -> Shown:
+    """A dock whose lamps are off their places by 3 %, 4 degrees or 6 degrees."""
+    kind = ("3 %", "4 deg", "6 deg")[rng.integers(3)]
+    return built(rng, kind, int(rng.choice([6, 8, 12])), 0, is_told=True)
+
+
+def far(rng: np.random.Generator) -> Shown:
+    """Eight to twelve lights on 0.30 m, 2 to 9 m away, tilted by up to 40 degrees."""
+    lights = int(rng.integers(8, 13))
+    dock = Dock(0.30, lights if rng.random() < 0.7 else None)
+    points = circle(even(lights), 0.15)[np.sort(rng.choice(lights, lights - int(rng.integers(0, 2)), replace=False))]
+    metres = float(np.exp(rng.uniform(*np.log([2, 9]))))
+    lamps = dock_drawn(rng, points, dock, diameters=metres / 0.30, tilt_deg=(2, 40), focal=(0.9, 1.6), spacing_px=5.0)
+    return drawn(rng, lamps, background=rng.uniform(3, 30), noise=rng.uniform(0.5, 3))
+
+
+def sevens(rng: np.random.Generator) -> Shown:
+    """Seven lit things at places of a ring of 19 to 24, as part of other things; no dock."""
+    lights = int(rng.integers(19, 25))
+    kept = np.sort(rng.choice(lights, lights // 3 + int(rng.integers(0, 2)), replace=False))
+    lamps = dock_drawn(rng, circle(even(lights)[kept]), Dock(DIAMETER_M), share=(0.2, 0.42))
+    lamps.position_m = None
+    return drawn(rng, lamps, background=rng.uniform(3, 40))
+
+
+KINDS: dict[str, Callable[[np.random.Generator], Shown]] = {
+    "plain, told": partial(plain, is_told=True),
+    "plain, unknown": partial(plain, is_told=False),
+    "hard, told": partial(hard, is_told=True),
+    "hard, unknown": partial(hard, is_told=False),
+    "focal .6": partial(of_another_camera, factor=0.6),
+    "focal 1.6": partial(of_another_camera, factor=1.6),
+    "hand-built": hand_built,
+    "2 to 9 m": far,
+    "a third of a ring": sevens,
+}
+
+
+@dataclass(frozen=True)
+class Came:
+    """What came of a picture."""
+
+    judged: Judgement
+    message: str
+    side: bool | None = None  # whether the chosen pose has the true side of the dock nearer; None where it has none
+
+
+def run(job: tuple[str, int, int]) -> Came:
+    """Judge one picture of a kind."""
+    kind, base, seed = job
+    shown = KINDS[kind](np.random.default_rng([base, seed, *kind.encode()]))
+    found = estimate(shown.image, shown.camera, shown.dock)
+    normal = np.array([0.0, 0.0, -1.0]) if shown.normal is None else shown.normal
+    place = np.ones(3) if shown.position_m is None else shown.position_m
+    judged = judge(found, place, normal)
+    side = None
+    if judged.found and shown.position_m is not None:
+        rising = _rising(place, normal)
+        side = _has_side([_rising(pose.position_m, pose.normal) for pose in found.candidates], rising)
+    return Came(judged, found.message, side)
+
+
+def _rising(position_m: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Direction (2,) in the picture in which a dock's plane comes nearer, by shares per unit of its tangent."""
+    return normal[:2] / float(normal @ position_m) * position_m[2]
+
+
+def _has_side(rising: Sequence[np.ndarray], truth: np.ndarray) -> bool:
+    """Whether the first of two rises is, along what tells them apart, on the truth's side."""
+    apart = rising[0] - rising[-1]
+    middle = (rising[0] + rising[-1]) / 2
+    return float((truth - middle) @ apart) >= 0
+
+
+def photographs(data: Path) -> list[tuple[Path, str]]:
+    """The photographs of marked rings in a folder of sets."""
+    return [
+        (path.parent, name)
+        for path in sorted(data.glob("leds*/leds.json"))
+        for name, entry in json.loads(path.read_text("utf-8")).items()
+        if "lights" in entry
+    ]
+
+
+def run_photograph(job: tuple[Path, str, bool]) -> Came | None:
+    """Judge a photograph by the side that the homography of its marked lights has nearer; None where that is none."""
+    folder, name, is_told = job
+    entry = json.loads((folder / "leds.json").read_text("utf-8"))[name]
+    image = read(folder / entry["picture"])
+    height, width = image.shape[:2]
+    focal = width / _LED_FIELD_OF_VIEW
+    camera = Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
+    lights = np.array(entry["lights"])
+    found = estimate(image, camera, Dock(0.10, entry["N"] if is_told else None))
+    rising, is_sure = _rising_of_marks((lights - [camera.cx, camera.cy]) / focal, entry["N"])
+    if found.status != "ok" or found.selected is None or found.ring is None or found.markers is None:
+        return Came(Judgement(found=False), found.message)
+    on_px = found.markers.points_px[found.ring.on_ring]
+    within = 0.06 * entry.get("radius_px", float(np.ptp(lights, axis=0).max()) / 2) + 4
+    apart = np.linalg.norm(on_px[:, None] - lights, axis=2)
+    is_ring = (apart.min(axis=1) < within).mean() > 0.85 and (apart.min(axis=0) < within).mean() > 0.5
+    judged = Judgement(
+        found=True,
+        right=bool(is_ring),
+        either=is_sure,
+        probability=found.selected.probability or 0.0,
+        detection=found.detection or 0.0,
+    )
+    return Came(
+        judged,
+        found.message,
+        _has_side([_rising(pose.position_m, pose.normal) for pose in found.candidates], rising),
+    )
+
+
+def _rising_of_marks(tangents: np.ndarray, number: int) -> tuple[np.ndarray, bool]:
+    """Direction in which the marked lights' plane comes nearer, as ``_rising``, and whether it is beyond noise."""
+    count = len(tangents)
+    ellipse = cv2.fitEllipseDirect((1000 * tangents).astype(np.float32))
+    (x, y), (a, b), turn = ellipse
+    c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+    local = (1000 * tangents - [x, y]) @ np.array([[c, -s], [s, c]]) / (np.array([a, b]) / 2)
+    order = np.argsort(np.arctan2(local[:, 1], local[:, 0]))
+    around = np.arctan2(local[order, 1], local[order, 0])
+    best: tuple[float, np.ndarray] | None = None
+    gaps = np.diff(around, append=around[0] + math.tau)
+    base = np.maximum(1, np.rint(gaps * number / math.tau)).astype(int)
+    for longest in range(count):  # the gaps add up to the number
+        steps = base.copy()
+        steps[longest] += number - steps.sum()
+        if steps[longest] < 1:
+            continue
+        lights = np.concatenate([[0], np.cumsum(steps)[:-1]])
+        angles = math.tau * lights / number
+        model = np.column_stack([np.cos(angles), np.sin(angles)])
+        H, _ = cv2.findHomography(model, tangents[order])
+        if H is None:
+            continue
+        seen = np.column_stack([model, np.ones(count)]) @ H.T
+        off = float(((seen[:, :2] / seen[:, 2:] - tangents[order]) ** 2).sum())
+        if best is None or off < best[0]:
+            best = off, H
+    assert best is not None
+    off, H = best
+    line = np.linalg.inv(H)[2]
+    middle = H[:2, 2] / H[2, 2]
+    rising = line[:2] / float(line @ [*middle, 1.0])
+    size = float(np.linalg.norm(tangents - middle, axis=1).mean())
+    sigma = math.sqrt(off / max(1, 2 * count - 8)) / size**2 * math.sqrt(8 / count)
+    return rising, float(np.linalg.norm(rising)) > 2.5 * sigma
+
+
+def report(name: str, came: Sequence[Came]) -> None:
+    """Print a line for a kind, and p in bins where that is asked."""
+    judged = [one.judged for one in came]
+    found = [one for one in came if one.judged.found]
+    count, total = max(1, len(found)), max(1, len(came))
+
+    def share(of: Sequence[bool], whole: int) -> str:
+        return f"{100 * sum(of) / whole:5.1f}"
+
+    sides = [one.side for one in found if one.side is not None]
+    decided = [one.judged for one in found if one.judged.probability >= SURE]
+    holds = np.array([one.judged.holds for one in found if one.judged.holds], dtype=bool).reshape(-1, 5)
+    print(
+        f"{name:22} of {len(came):4} found {share([one.found for one in judged], total)}"
+        f" right {share([one.right for one in judged], total)} either {share([one.either for one in judged], total)}"
+        f" | undecided {share([one.undecided for one in judged], total)}"
+        f" side {share([bool(one) for one in sides], max(1, len(sides)))}"
+        f" wrong side and p>=.95 {sum(one.side is False and one.judged.probability >= SURE for one in found):3}"
+        f" sure {sum(one.judged.sure for one in found):4} sure and wrong"
+        f" {sum(one.judged.sure and not one.judged.right for one in found):3}"
+        f" nearer where p>=.95 {share([one.nearer for one in decided], max(1, len(decided)))}"
+        f" holds {' '.join(f'{100 * each:.0f}' for each in holds.mean(axis=0)) if len(holds) else '-'}",
+        flush=True,
+    )
+    if name == "2 to 9 m":
+        bins([(one.judged.probability, one.judged.nearer) for one in found])
+        off = sum(one.judged.probability >= SURE and not one.judged.right for one in found)
+        print(f"    of {len(decided)} with p >= .95 {off} are off by more than 5 % or 5 degrees")
+    del count
+
+
+def bins(pairs: Sequence[tuple[float, bool]]) -> None:
+    """Print, for poses given a probability, how many are wrong, beside how many may be."""
+    for low, high in pairwise(BINS):
+        part = [(p, right) for p, right in pairs if low <= p < high]
+        if part:
+            expected = sum(1 - p for p, _ in part)
+            spread = math.sqrt(sum(p * (1 - p) for p, _ in part))
+            wrong = sum(not right for _, right in part)
+            verdict = "" if abs(wrong - expected) <= 2 * spread + 1 else "   BEYOND CHANCE"
+            print(f"    p {low:.2f} to {high:.2f}: {wrong} wrong of {len(part)}, {expected:.1f} +- {spread:.1f}{verdict}")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print a line for each kind."""
+    parser = argparse.ArgumentParser(prog="python -m tests.bench.bench_chosen", description=__doc__)
+    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"{', '.join(KINDS)} (default: all)")
+    parser.add_argument("--data", type=Path, metavar="DATA", help="folder of the sets of photographs")
+    parser.add_argument("--pictures", type=int, default=40, metavar="N", help="of each kind")
+    parser.add_argument("--seed", type=int, default=_SEED, metavar="N")
+    parser.add_argument("--processes", type=int, default=2, metavar="N", help="worker processes (default: 2)")
+    parser.add_argument("--messages", action="store_true", help="tell what was said of what is not right")
+    options = parser.parse_args(arguments)
+    with get_context("spawn").Pool(options.processes) as pool:
+        for kind in options.kinds or ([] if options.data else KINDS):
+            came = pool.map(run, [(kind, options.seed, n) for n in range(options.pictures)], chunksize=3)
+            report(kind, came)
+            for number, one in enumerate(came):
+                if options.messages and not (one.judged.right and one.judged.sure):
+                    print(f"    {number} {one.judged.right} p {one.judged.probability:.4f} {one.message}")
+        for is_told in (True, False) if options.data else ():
+            jobs = [(folder, name, is_told) for folder, name in photographs(options.data)]
+            results = list(zip(jobs, pool.map(run_photograph, jobs, chunksize=1), strict=True))
+            for (_, name, _), one in results:
+                if options.messages and one is not None:
+                    j = one.judged
+                    print(f"    {name:28} ring {j.right!s:5} truth {j.either!s:5} side {one.side!s:5} p {j.probability:.3f}"
+                          f" d {j.detection:.3f} | {one.message}")
+            rings = [one for _, one in results if one is not None and one.judged.right]
+            known = [one for one in rings if one.judged.either]
+            wrong_ring = [one for _, one in results if one and one.judged.found and not one.judged.right]
+            print(
+                f"photographs, {'told' if is_told else 'unknown'}: {len(results)}, right rings {len(rings)},"
+                f" undecided {sum(one.judged.undecided for one in rings)}, of {len(known)} whose side is known wrong"
+                f" {sum(one.side is False for one in known)}, sure and wrong"
+                f" {sum(one.side is False and one.judged.sure for one in known)};"
+                f" wrong rings {len(wrong_ring)}, sure {sum(one.judged.sure for one in wrong_ring)}"
+            )
+    return 0
+
+
+if __name__ == "__main__":
+    main()

@@ -87,14 +87,14 @@ def judge_ring(
     try:
         ellipse, choice, log_chance, reason = _judged(ring, picture, stages["markers"], camera, dock)
         part = None
-        if choice.lights is None and ring.focal_px is None:
+        if choice.lights is None and choice.focal_px is None:
             known = msgspec.structs.replace(dock, lights=dock.lights or ring.lights)
             part = evenly_spaced_part(ring, stages["markers"], choice, camera, known)
         if part is not None:
             ring = part
             ellipse, choice, log_chance, reason = _judged(ring, picture, stages["markers"], camera, dock)
         if choice.number is not None:
-            ring = replace(ring, lights=choice.number)
+            ring = replace(ring, lights=choice.number, focal_px=choice.focal_px)
         stages["ring"] = ring
     except NoEllipseError as error:
         if (lights := int(ring.on_ring.sum())) < MIN_POINTS:

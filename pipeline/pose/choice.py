@@ -58,6 +58,8 @@ class Choice:
         Whether the dock is so nearly square on that both poses are the same within their errors.
     number : int or None
         How many lights the dock has, by their spacing, where it was not told; None where it was, or stays unknown.
+    focal_px : float or None
+        The focal length that the lights' spacing fits, where it is not the camera's.
     """
 
     candidates: tuple[CirclePose, ...]
@@ -66,6 +68,7 @@ class Choice:
     lights: np.ndarray | None
     coincide: bool = False
     number: int | None = None
+    focal_px: float | None = None
 
     def with_first(self, probability: float) -> "Choice":
         """The same two poses where the first has another probability, of at least a half."""
@@ -87,14 +90,17 @@ def choose_by_spacing(
     dock: Dock,
     labels: Sequence[str | None] | None = None,
     covariances_px2: np.ndarray | None = None,
-) -> Choice:
-    """Refine both candidates, and choose the one on which lights at points (N, 2) are spaced as they should be."""
+) -> Choice | None:
+    """Refine both candidates, and choose the one on which lights at points (N, 2) are spaced as they should be.
+
+    None where they are spaced so on neither.
+    """
     rays = light_rays(points_px, camera, float(poses[0].position_m[2]))
     R = np.array([pose.rotation for pose in poses])
     t = np.array([pose.position_m for pose in poses])
     placement = place(angles_on_planes(rays, R, t), dock, labels)
     if not any(placement.fits):
-        return choose_by_side(poses, points_px, camera, dock)
+        return None
     fit = refine(R, t, placement.angles_rad, dock.radius, rays)
     if dock.offsets_m:
         fit, placement = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
@@ -113,7 +119,7 @@ def choose_by_spacing(
     first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], fit.numbers)))
     by = "colours" if labels is not None and dock.colours and any(labels) else "spacing"
     if not dock.offsets_m and min(squares) > fit.points * _PLACED_PX**2:
-        fit = _slid(fit, placement, dock, rays)
+        fit = _apart(_slid(fit, placement, dock, rays), R, t, placement, dock, rays)
     return choice_of(fit, [first, 1 - first], placement, by, camera, dock, rays, least_px)
 
 

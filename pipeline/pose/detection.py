@@ -26,7 +26,7 @@ from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
 from dockpose.lights.whole import log_chance_of_all
 from dockpose.pose.choice import Choice
-from dockpose.pose.side import poses_by_side
+from dockpose.pose.side import other_focal_px, poses_by_side
 from dockpose.pose.solve import find_poses
 from dockpose.pose.strokes import on_plane
 
@@ -41,19 +41,17 @@ def judged(
 ) -> tuple[Ellipse, Choice, float, str | None]:
     """Return a ring's ellipse, poses, log of its chance, and why it is no dock; NoEllipseError where it has no pose."""
     lights = markers.part(ring.on_ring)
-    if ring.focal_px is not None and ring.lights is not None:  # the spacing would only tell how wrong the camera is
-        dock = msgspec.structs.replace(dock, lights=None)
-        ellipse, choice = poses_by_side(lights.points_px, camera, dock, ring.lights, ring.focal_px, ring.ellipse)
-    else:
+    other = None if ring.focal_px is None or ring.lights is None else (ring.focal_px, ring.lights)
+    if other is None:
         ellipse, choice = find_poses(lights.points_px, camera, dock, labels, ring.ellipse, lights.covariances_px2)
-    dock = with_number(dock, choice)
+        other = other_focal_px(lights.points_px, camera, dock, ellipse, choice)
+    if other is not None:  # the spacing would only tell how wrong the camera is
+        dock = msgspec.structs.replace(dock, lights=None)
+        ellipse, choice = poses_by_side(lights.points_px, camera, dock, *other, ring.ellipse)
+    elif choice.number is not None:
+        dock = msgspec.structs.replace(dock, lights=choice.number)
     log_chance = log_chance_of_ring(ring, markers, ellipse, choice, camera, dock, area_px2)
     return ellipse, choice, log_chance, why_no_dock(ring, markers, ellipse, choice, camera, dock, log_chance)
-
-
-def with_number(dock: Dock, choice: Choice) -> Dock:
-    """The dock, of an unknown number of lights with that which their spacing tells."""
-    return dock if choice.number is None else msgspec.structs.replace(dock, lights=choice.number)
 
 
 def log_chance_of_ring(
@@ -186,7 +184,7 @@ def found_in_words(ring: Ring, choice: Choice, camera: Camera, dock: Dock) -> st
         words += f", the likelier pose at {percent}."
     if dock.offsets_m and on_ring < MIN_POINTS:
         words += f" With fewer than {MIN_POINTS} lights the dock file's offsets are not used."
-    if ring.focal_px is not None:
-        told = f"The spacing fits a focal length of about {ring.focal_px:.0f} px, not the camera's {camera.fx:.0f} px"
+    if choice.focal_px is not None:
+        told = f"The spacing fits a focal length of about {choice.focal_px:.0f} px, not the camera's {camera.fx:.0f} px"
         words += f" {told}: check the camera file."
     return words

@@ -15,22 +15,22 @@ from dockpose.pose.uncertainty import WORTH_OF_EVIDENCE, log_evidence
 _UNSEEN, _MOST_TIMES = 0.15, 3
 
 
-def choose_with_number(choose: Callable[[Dock], Choice], count: int, dock: Dock) -> Choice:
+def choose_with_number(choose: Callable[[Dock], Choice | None], count: int, dock: Dock) -> Choice | None:
     """The choice by the likeliest number of lights of which so many are seen, its probabilities summed over numbers.
 
-    Each number is as likely as the lights' squares make it, and the less likely the more of its lights are missing.
+    None where they are spaced as those of none. Each number is as likely as the lights' squares make it, and the less likely the more of its lights are missing.
     """
     choices, logs = [], []
     for number in range(count, _MOST_TIMES * count + 1):
         one = choose(msgspec.structs.replace(dock, lights=number))
-        if one.selected_by == "none":
+        if one is None:
             continue
         squares_px2 = count * np.array([pose.rms_px or 0.0 for pose in one.candidates]) ** 2
         evidence = WORTH_OF_EVIDENCE * log_evidence(squares_px2, 2 * count - 6)
         choices.append(replace(one, number=number))
         logs.append(float(np.logaddexp.reduce(evidence)) + (number - count) * math.log(_UNSEEN))
     if not choices:
-        return choose(dock)
+        return None
     weights = np.exp(np.array(logs) - max(logs))
     reference = choices[int(np.argmax(weights))].candidates[0].normal
     # Refined by another number a pose stays itself: that of the two which is nearer.

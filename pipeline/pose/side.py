@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import cv2
 import msgspec
@@ -9,16 +10,56 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.camera.sigma import with_errors
 from dockpose.dock import Dock
+from dockpose.lights.chance import LEAST_PX
 from dockpose.lights.ellipse import Ellipse
 from dockpose.pose.choice import Choice, choose_by_side
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.solve import both_poses, find_poses
 
 _NUMBERS = 8  # of a homography
+# Focal lengths that are tried, in those of the camera; the chance that one more number fits so much better, and what
+# lights that are in their places by it may be off at the most.
+_TIMES, _NO_CHANCE, _IN_PLACE_PX = 1.1 ** np.arange(-12, 16), 1e-4, 0.5
+
+
+def other_focal_px(
+    points_px: np.ndarray, camera: Camera, dock: Dock, ellipse: Ellipse, choice: Choice
+) -> tuple[float, int] | None:
+    """The focal length by which lights (N, 2) on an ellipse are far better in their places, and how many these are.
+
+    None where the camera's will do, or lights are off their places by any: then hands have spaced them.
+    """
+    count, own_px = len(points_px), choice.candidates[choice.selected].rms_px or 0.0
+    is_placed = choice.lights is not None
+    if count * 2 <= _NUMBERS or (is_placed and own_px < max(_IN_PLACE_PX, 2 * ellipse.rms_px)):
+        return None
+    if dock.angles_deg or dock.offsets_m or dock.colours:
+        return None
+
+    known = msgspec.structs.replace(dock, lights=dock.lights or choice.number)
+
+    def placed(times: float) -> tuple[float, float, int]:
+        other = msgspec.structs.replace(camera, fx=times * camera.fx, fy=times * camera.fy)
+        found = find_poses(points_px, other, known, ellipse=None if camera.port else ellipse)[1]
+        rms_px = math.inf if found.lights is None else found.candidates[0].rms_px or 0.0
+        return rms_px, times, found.number or known.lights or 0
+
+    best = min(map(placed, _TIMES.tolist()))
+    for step in (1.05, 1.025, 1.0125):
+        best = min(best, placed(best[1] * step), placed(best[1] / step))
+    rms_px, times, lights = best
+    if rms_px > max(_IN_PLACE_PX, 3 * ellipse.rms_px):
+        return None
+    from scipy.special import fdtrc  # takes a third of a second to import, which few pictures need
+
+    better = (own_px**2 - rms_px**2) * (2 * count - 7) / max(rms_px, LEAST_PX) ** 2
+    if is_placed and fdtrc(1, 2 * count - 7, max(0.0, better)) > _NO_CHANCE:
+        return None
+    return times * math.sqrt(camera.fx * camera.fy), lights
 
 
 def poses_by_side(
-    points_px: np.ndarray, camera: Camera, dock: Dock, lights: int, focal_px: float, ellipse: Ellipse | None = None
+    points_px: np.ndarray, camera: Camera, dock: Dock, focal_px: float, lights: int, ellipse: Ellipse | None = None
 ) -> tuple[Ellipse, Choice]:
     """Both poses of lights (N, 2) by their ellipse alone, and which is right by the homography of the lights.
 
@@ -38,7 +79,8 @@ def poses_by_side(
     # How far off its focal length is, is what is known of the error.
     off_px = np.array([camera.fx, camera.fy]) * (scale - 1)
     camera = with_errors(camera, ["fx", "fy"], np.outer(off_px, off_px))
-    return ellipse, choose_by_side(poses, points_px, camera, dock, first)
+    choice = choose_by_side(poses, points_px, camera, dock, first)
+    return ellipse, replace(choice, number=lights, focal_px=focal_px)
 
 
 def _first_is_right(

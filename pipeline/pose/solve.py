@@ -8,7 +8,7 @@ from dockpose.camera.camera import Camera
 from dockpose.checks import as_points
 from dockpose.dock import Dock
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
-from dockpose.pose.choice import Choice, choose_by_spacing
+from dockpose.pose.choice import Choice, choose_by_side, choose_by_spacing
 from dockpose.pose.circle import CirclePose, circle_poses
 from dockpose.pose.few_lights import FEWEST, poses_from_few_lights
 from dockpose.pose.number import choose_with_number
@@ -98,10 +98,11 @@ def _chosen(
 ) -> Choice:
     """The choice between both poses of lights (N, 2), of a known number or any."""
 
-    def choose(dock: Dock) -> Choice:
+    def choose(dock: Dock) -> Choice | None:
         return choose_by_spacing(poses, points_px, camera, dock, labels, covariances_px2)
 
-    return _finite(choose(dock) if dock.lights is not None else choose_with_number(choose, len(points_px), dock))
+    choice = choose(dock) if dock.lights is not None else choose_with_number(choose, len(points_px), dock)
+    return _finite(choice or choose_by_side(poses, points_px, camera, dock))
 
 
 def _finite(choice: Choice) -> Choice:

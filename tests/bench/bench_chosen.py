@@ -121,8 +121,11 @@ def run(job: tuple[str, int, int]) -> Came:
     judged = judge(found, place, normal)
     side = None
     if judged.found and shown.position_m is not None:
-        rising = _rising(place, normal)
-        side = _has_side([_rising(pose.position_m, pose.normal) for pose in found.candidates], rising)
+        sight = place / np.linalg.norm(place)
+        twin = 2 * float(normal @ sight) * sight - normal
+        apart = _rising(place, normal) - _rising(place, twin)
+        chosen, other = (_rising(pose.position_m, pose.normal) for pose in found.candidates)
+        side = float((chosen - other) @ apart) > 0
     return Came(judged, found.message, side)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.compiled import compiled
 from dockpose.dock import Dock
+from dockpose.lights.chance import LEAST_PX
 from dockpose.pose.circle import CirclePose, angles_of
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at, weigh
 from dockpose.pose.uncertainty import PoseErrors, SharedErrors, deviations, log_odds, nearer, noise_px
@@ -116,7 +117,8 @@ def choose_by_spacing(
     fit = _apart(fit, R, t, placement, dock, rays)
     squares, fits = fit.squares_px2, np.array(placement.fits)  # by those that do not fit, a pose has no chance
     squares = np.where(fits, squares, np.maximum(squares, _NO_CHANCE * (squares[fits].min() + 1.0))).tolist()
-    first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], fit.numbers)))
+    floor_px = max(least_px, LEAST_PX) if least_px else 0.0
+    first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], fit.numbers, floor_px)))
     by = "colours" if labels is not None and dock.colours and any(labels) else "spacing"
     if not dock.offsets_m and min(squares) > fit.points * _PLACED_PX**2:
         fit = _apart(_slid(fit, placement, dock, rays), R, t, placement, dock, rays)

@@ -95,13 +95,15 @@ def _evidence(freedom: int) -> np.ndarray:
     return top[:, 0] + np.log(np.exp(logs - top).sum(axis=1))
 
 
-def log_odds(first_px2: float, second_px2: float, numbers: int) -> float:
-    """Log-odds of the first of two candidates, over all noises (Gelman et al. 2013, section 3.2), tempered."""
-    prior = PRIOR_NUMBERS * PRIOR_NOISE_PX**2
-    freedom = PRIOR_NUMBERS + max(0, numbers - 6)
-    return min(
-        500.0, max(-500.0, 0.5 * WORTH_OF_EVIDENCE * freedom * math.log((prior + second_px2) / (prior + first_px2)))
-    )
+def log_odds(first_px2: float, second_px2: float, numbers: int, least_px: float = 0.0) -> float:
+    """Log-odds of the first of two candidates, over all noises (Gelman et al. 2013, section 3.2), tempered.
+
+    Residuals that happen to be smaller than centres are known, ``least_px``, count as these errors.
+    """
+    spare = max(0, numbers - 6)
+    prior = PRIOR_NUMBERS * PRIOR_NOISE_PX**2 + max(0.0, spare * least_px**2 - min(first_px2, second_px2))
+    odds = 0.5 * WORTH_OF_EVIDENCE * (PRIOR_NUMBERS + spare) * math.log((prior + second_px2) / (prior + first_px2))
+    return min(500.0, max(-500.0, odds))
 
 
 def nearer(

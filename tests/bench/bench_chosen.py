@@ -76,8 +76,10 @@ def far(rng: np.random.Generator) -> Shown:
     dock = Dock(0.30, lights if rng.random() < 0.7 else None)
     points = circle(even(lights), 0.15)[np.sort(rng.choice(lights, lights - int(rng.integers(0, 2)), replace=False))]
     metres = float(np.exp(rng.uniform(*np.log([2, 9]))))
-    lamps = dock_drawn(rng, points, dock, diameters=metres / 0.30, tilt_deg=(2, 40), focal=(0.9, 1.6), spacing_px=5.0)
-    return drawn(rng, lamps, background=rng.uniform(3, 30), noise=rng.uniform(0.5, 3))
+    lamps = dock_drawn(rng, points, dock, diameters=metres / 0.30, tilt_deg=(2, 40), focal=(0.8, 1.5), spacing_px=4.5)
+    noise = rng.uniform(1, 5)
+    above = None if rng.random() < 0.3 else min(220.0, noise * float(np.exp(rng.uniform(*np.log([5, 50])))))
+    return drawn(rng, lamps, background=rng.uniform(3, 40), noise=noise, above=above, jpeg=(60, 97))
 
 
 def sevens(rng: np.random.Generator) -> Shown:

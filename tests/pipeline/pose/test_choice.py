@@ -111,7 +111,8 @@ def test_uneven_lights_leave_it_open():
     angles = np.array([0.0, 0.3, 0.9, 2.0, 2.1, 3.9, 4.4, 5.6])
     ring = 0.15 * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
     points = CAMERA.project(np.array([0.1, 0, 1.0]) + ring @ rotation_from_angles(0.3, 0.4).T)
-    choice = choose(points, dock)
+    assert choose(points, dock) is None
+    _, choice = find_poses(points, CAMERA, dock)
     assert choice.selected_by == "none"
     assert [pose.probability for pose in choice.candidates] == [0.5, 0.5]
     assert choice.lights is None

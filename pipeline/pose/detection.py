@@ -78,7 +78,7 @@ def _squares_of_px2(
     ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, camera: Camera, dock: Dock
 ) -> tuple[float, float]:
     """Sums of squares of how far lights are off their places along the rim and across it; below 0 of uneven places."""
-    if choice.lights is None or dock.offsets_m:
+    if choice.lights is None or choice.focal_px is not None or dock.offsets_m:
         return ALIKE
     flat = on_plane(markers, choice.candidates[0], camera, dock)[ring.on_ring] / dock.radius
     lights = choice.lights

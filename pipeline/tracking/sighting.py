@@ -111,7 +111,7 @@ def missing_px(found: Estimate) -> np.ndarray:
     assert ring is not None
     assert choice is not None
     assert markers is not None
-    if dock.lights is None and ring.lights and ring.focal_px is None:
+    if dock.lights is None and ring.lights:
         dock = msgspec.structs.replace(dock, lights=ring.lights)
     nothing = np.empty((0, 2))
     if dock.lights is None or choice.lights is None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import msgspec
 import numpy as np
+from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.pose.choice import Choice
 from dockpose.pose.uncertainty import WORTH_OF_EVIDENCE, log_evidence
@@ -13,9 +14,12 @@ from dockpose.pose.uncertainty import WORTH_OF_EVIDENCE, log_evidence
 # How often a lamp that a dock has is not seen: burnt out, turned away or hidden. Numbers of which fewer than a third of
 # the lights would be seen are not tried.
 _UNSEEN, _MOST_TIMES = 0.15, 3
+_EVEN_WITHIN = 0.2  # of the spacing, root mean square: lights that are less even tell no number
 
 
-def choose_with_number(choose: Callable[[Dock], Choice | None], count: int, dock: Dock) -> Choice | None:
+def choose_with_number(
+    choose: Callable[[Dock], Choice | None], count: int, camera: Camera, dock: Dock
+) -> Choice | None:
     """The choice by the likeliest number of lights of which so many are seen, its probabilities summed over numbers.
 
     None where they are spaced as those of none. Each number is as likely as the lights' squares make it, and the less likely the more of its lights are missing.
@@ -24,6 +28,10 @@ def choose_with_number(choose: Callable[[Dock], Choice | None], count: int, dock
     for number in range(count, _MOST_TIMES * count + 1):
         one = choose(msgspec.structs.replace(dock, lights=number))
         if one is None:
+            continue
+        pose = one.candidates[0]
+        step_px = 2 * math.pi / number * camera.fx * dock.radius / pose.position_m[2]
+        if (pose.rms_px or 0.0) > _EVEN_WITHIN * step_px:
             continue
         squares_px2 = count * np.array([pose.rms_px or 0.0 for pose in one.candidates]) ** 2
         evidence = WORTH_OF_EVIDENCE * log_evidence(squares_px2, 2 * count - 6)

@@ -15,8 +15,6 @@ from dockpose.pose.refine import light_rays
 NAMES = {"epnp": "EPnP", "ippe": "IPPE", "sqpnp": "SQPnP", "iterative": "Iterative PnP"}
 METHODS: dict[str, int] = {method: getattr(cv2, f"SOLVEPNP_{method.upper()}") for method in NAMES}
 FEWEST = 4  # three points leave up to four poses
-# The model turned about its x and y axes: the same dock in three frames, of which EPnP may fail in one.
-_FRAMES = (np.eye(3), np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, 1.0, -1.0]))
 
 
 class NoPoseError(ValueError):
@@ -35,7 +33,7 @@ def peer_poses(points_px: Any, lights: np.ndarray, camera: Camera, dock: Dock) -
 
 
 def solve(points_px: Any, lights: Sequence[int] | np.ndarray, camera: Camera, dock: Dock, method: str) -> CirclePose:
-    """Find the pose of a dock from lights whose numbers are known, in three frames, since EPnP may fail in one."""
+    """Find the pose of a dock from lights whose numbers are known, as OpenCV's ``solvePnP`` does."""
     if method not in METHODS:
         raise ValueError(f"method is {method!r}; it must be one of {', '.join(METHODS)}")
     points = as_points("points_px", points_px, 2)
@@ -45,24 +43,22 @@ def solve(points_px: Any, lights: Sequence[int] | np.ndarray, camera: Camera, do
         raise NoPoseError("a point is not finite, or two are the same")
     model = dock.light_points()[np.asarray(lights)]
     tangents = light_rays(points, camera).tangents
-    answers = [answer for frame in _FRAMES for answer in _answers(model, frame, tangents, METHODS[method])]
+    answers = _answers(model, tangents, METHODS[method])
     if not answers:
         raise NoPoseError(f"{method} finds no pose in front of the camera")
     error, R, t = min(answers, key=lambda answer: answer[0])
     return CirclePose.at(t, -R[:, 2], camera, rms_px=error * float(np.sqrt(camera.fx * camera.fy)))
 
 
-def _answers(
-    model: np.ndarray, frame: np.ndarray, tangents: np.ndarray, flag: int
-) -> list[tuple[float, np.ndarray, np.ndarray]]:
+def _answers(model: np.ndarray, tangents: np.ndarray, flag: int) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """Root mean square error in tangents, rotation and position of each answer in front of the camera."""
     try:
-        _, turns, shifts, _ = cv2.solvePnPGeneric(model @ frame.T, tangents, np.eye(3), None, flags=flag)
+        _, turns, shifts, _ = cv2.solvePnPGeneric(model, tangents, np.eye(3), None, flags=flag)
     except cv2.error:
         return []
     found = []
     for turn, shift in zip(turns, shifts, strict=True):
-        R, t = cv2.Rodrigues(turn)[0] @ frame, shift.ravel()
+        R, t = cv2.Rodrigues(turn)[0], shift.ravel()
         seen = model @ R.T + t
         if np.isfinite(seen).all() and (seen[:, 2] > 0).all() and R[:, 2] @ t > 0:
             error = float(np.sqrt(((seen[:, :2] / seen[:, 2:] - tangents) ** 2).sum(axis=1).mean()))

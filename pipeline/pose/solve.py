@@ -101,7 +101,7 @@ def _chosen(
     def choose(dock: Dock) -> Choice | None:
         return choose_by_spacing(poses, points_px, camera, dock, labels, covariances_px2)
 
-    choice = choose(dock) if dock.lights is not None else choose_with_number(choose, len(points_px), dock)
+    choice = choose(dock) if dock.lights is not None else choose_with_number(choose, len(points_px), camera, dock)
     return _finite(choice or choose_by_side(poses, points_px, camera, dock))
 
 

@@ -25,6 +25,7 @@ _IN_PLACE_PX, _IN_PLACE_OF_AXIS = 2.0, 0.042
 _DOUBT = 5e-4  # least probability of either hypothesis, so that a wrong choice is corrected within a few frames
 # Error that both candidates may share in every frame, such as from lights slightly out of place.
 _COMMON_SIGMA_RAD = math.radians(0.5)
+_LEAST_SHARED = 0.1  # of the variance of a frame's residuals, what all frames have in common
 _SURE_SIGMAS, _SURE_SHARE = 5.0, 0.02  # of a position's errors, and of the distance
 
 Pair = tuple[CirclePose, CirclePose]
@@ -39,6 +40,8 @@ class Hypotheses:
     seen: tuple[int | None, int | None] = (0, 1)  # index of the frame's candidate that continues each chain
     age: int = 1  # frames since the track began
     gap_s: float = 0.0  # time since the dock was last seen
+    told: float = 0.0  # log-odds of the first by what its frames told of the lights, bounded by what these share
+    allowed: float = 0.0  # log-odds that they can have together, however many they are, see ``allowed_by``
 
     @classmethod
     def begin(cls, found: Estimate, settings: Settings, worth: float) -> Hypotheses | None:
@@ -47,7 +50,9 @@ class Hypotheses:
         if pair is None:
             return None
         first, second = (Chain.begin(pose, settings) for pose in pair)
-        return cls((first, second), _logistic(_log_odds(found, worth)))
+        allowed = allowed_by(found)
+        told = grown(0.0, _log_odds(found, worth), allowed)
+        return cls((first, second), _logistic(told), told=told, allowed=allowed)
 
     @property
     def chosen(self) -> int:
@@ -62,7 +67,8 @@ class Hypotheses:
     def predict(self, period_s: float, settings: Settings, command: Command | None = None) -> Hypotheses:
         """Predict both chains for the next frame, in which nothing has been seen yet."""
         first, second = (chain.predict(period_s, settings, command) for chain in self.chains)
-        return Hypotheses((first, second), self.first, (None, None), self.age + 1, self.gap_s + period_s)
+        age, gap_s = self.age + 1, self.gap_s + period_s
+        return replace(self, chains=(first, second), seen=(None, None), age=age, gap_s=gap_s)
 
     def is_within_reach(self, pair: Pair, settings: Settings) -> bool:
         """Whether the dock, at its top speed, can have reached a frame's candidates since it was last seen."""
@@ -92,7 +98,8 @@ class Hypotheses:
             return None
         squares, distances = _distances(self.chains, pair)
         twins = (found.lights_on_ring or 0) >= MIN_POINTS  # of three or four lights the candidates need not be
-        order, first = posterior(self.first, distances, _log_odds(found, worth) if twins else 0.0)
+        log_odds = self.evidence(found, distances, worth) if twins else 0.0
+        order, first = posterior(self.first, distances, log_odds, _worth_of_motion(found))
         turned = math.radians(settings.max_turn_deg_per_s) * self.gap_s
         gated = (distances <= _GATE) | (squares <= (turned + _GATE_RAD) ** 2)
         if not gated[(0, 1), order].any():
@@ -108,7 +115,16 @@ class Hypotheses:
             else:
                 chains[number] = Chain.begin(_twin(pair[order[1 - number]]), settings)
         first = _mixed(first if twins else self.first, pair)
-        return replace(self, chains=(chains[0], chains[1]), first=first, seen=(seen[0], seen[1]), gap_s=0.0)
+        told = (self.told + (log_odds if order == (0, 1) else -log_odds)) * (1 - 2 * _mixed(0.0, pair))
+        return Hypotheses(
+            (chains[0], chains[1]), first, (seen[0], seen[1]), self.age, 0.0, told, max(self.allowed, allowed_by(found))
+        )
+
+    def evidence(self, found: Estimate, distances: np.ndarray, worth: float) -> float:
+        """Log-odds of a frame's first candidate by its lights, as far as they are new to the frames before."""
+        log_odds = _log_odds(found, worth)
+        way = 1 if posterior(self.first, distances, log_odds, _worth_of_motion(found))[0] == (0, 1) else -1
+        return way * (grown(self.told, way * log_odds, max(self.allowed, allowed_by(found))) - self.told)
 
 
 def candidates_of(found: Estimate) -> Pair | None:
@@ -118,22 +134,63 @@ def candidates_of(found: Estimate) -> Pair | None:
     return found.candidates[0], found.candidates[-1]
 
 
-def posterior(first: float, distances: np.ndarray, log_odds: float) -> tuple[tuple[int, int], float]:
+def allowed_by(found: Estimate) -> float:
+    """Log-odds that any number of frames like this one can have together, by their lights.
+
+    Noise averages out over frames; lamps out of their places, and what a camera file is off, stay. Of residuals that
+    is the share of the variance beyond what the picture's noise does to centres.
+    """
+    pair = candidates_of(found)
+    if pair is None:
+        return 0.0
+    first, second = (max(pose.probability or 0.0, 1e-300) for pose in pair)
+    markers, ring, count, shared = found.markers, found.ring, found.lights_on_ring or 0, 1.0
+    known_px2 = None if markers is None or ring is None else markers.part(ring.on_ring).covariances_px2
+    squares_px2 = count * (pair[0].rms_px or 0.0) ** 2
+    if known_px2 is not None and np.isfinite(known_px2).all() and squares_px2 > 0:
+        own_px2 = 2 / float(np.trace(np.linalg.inv(known_px2).T).mean())  # as the fit weighs them
+        shared = 1 - own_px2 * max(1, 2 * count - 6) / squares_px2
+    return abs(math.log(first / second)) / max(_LEAST_SHARED, shared)
+
+
+def grown(told: float, log_odds: float, allowed: float) -> float:
+    """Log-odds of earlier frames with those of one more, where errors that they share allow but so much.
+
+    The variance of what tells the poses apart is that of the noise, which falls with each frame, and that of what they
+    share. Log-odds go as one over it: 1 / sum of those by noise + 1 / allowed. What speaks against counts in full.
+    """
+    if told * log_odds < 0:
+        return told + log_odds
+    by_noise = abs(told) * allowed / max(allowed - abs(told), 1e-12) + abs(log_odds)
+    return math.copysign(by_noise * allowed / max(by_noise + allowed, 1e-12), told + log_odds)
+
+
+def _worth_of_motion(found: Estimate) -> float:
+    """Weight of the evidence from motion: none where the camera, by which it would be seen, is another's."""
+    return WORTH_OF_MOTION if found.choice is None or found.choice.focal_px is None else 0.0
+
+
+def posterior(
+    first: float, distances: np.ndarray, log_odds: float, worth_of_motion: float = WORTH_OF_MOTION
+) -> tuple[tuple[int, int], float]:
     """Which candidate continues each chain, by distances (2, 2), and how probable the first is, see docs/method.md."""
-    (kept, crossed), (crossed_back, kept_too) = _weights((first, 1 - first), distances, log_odds)
+    weights = _weights((first, 1 - first), distances, log_odds, worth_of_motion)
+    (kept, crossed), (crossed_back, kept_too) = weights
     total = kept + crossed + crossed_back + kept_too
     order, ours = ((0, 1), kept + crossed_back) if kept + kept_too >= total / 2 else ((1, 0), crossed + kept_too)
     return order, min(1 - _DOUBT, max(_DOUBT, ours / total))
 
 
-def _weights(before: tuple[float, float], distances: np.ndarray, log_odds: float) -> list[tuple[float, float]]:
+def _weights(
+    before: tuple[float, float], distances: np.ndarray, log_odds: float, worth_of_motion: float
+) -> list[tuple[float, float]]:
     """How likely each chain, with its probability before, goes on to the first and to the second candidate."""
     # Relative to the nearer candidate of each chain, so that nothing underflows.
     weights = []
     for probability, squares in zip(before, distances.tolist(), strict=True):
         nearest = min(squares)
         fits = [math.exp(-0.5 * (square - nearest)) for square in squares]
-        moved = probability * math.exp(-0.5 * WORTH_OF_MOTION * min(nearest, _MOST_DISTANCE)) / sum(fits)
+        moved = probability * math.exp(-0.5 * worth_of_motion * min(nearest, _MOST_DISTANCE)) / sum(fits)
         weights.append((moved * fits[0] * _logistic(log_odds), moved * fits[1] * _logistic(-log_odds)))
     return weights
 
@@ -148,9 +205,9 @@ def links(before: Hypotheses, found: Estimate, worth: float) -> np.ndarray:
     if (found.lights_on_ring or 0) < MIN_POINTS:
         return mixed
     _, distances = _distances(before.chains, pair)
-    log_odds = _log_odds(found, worth)
-    order, _ = posterior(before.first, distances, log_odds)
-    return np.array(_weights((1.0, 1.0), distances, log_odds))[:, order] @ mixed
+    log_odds, motion = before.evidence(found, distances, worth), _worth_of_motion(found)
+    order, _ = posterior(before.first, distances, log_odds, motion)
+    return np.array(_weights((1.0, 1.0), distances, log_odds, motion))[:, order] @ mixed
 
 
 def _mixed(first: float, pair: Pair) -> float:

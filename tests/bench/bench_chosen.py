@@ -15,12 +15,13 @@ from pathlib import Path
 import cv2
 import msgspec
 import numpy as np
-from dockpose import Camera, Dock, estimate
+from dockpose import Camera, Dock, Tracker, estimate
 from dockpose.camera.image import read
+from dockpose.pose.circle import CirclePose, rotation_from_angles
 
 from tests.bench.built import built
-from tests.bench.lamps import DIAMETER_M
-from tests.bench.seen_scenes import Shown, circle, dock_drawn, drawn, even
+from tests.bench.lamps import DIAMETER_M, draw_lamps
+from tests.bench.seen_scenes import Shown, circle, closest_px, dock_drawn, drawn, even, on_picture, seen_from
 from tests.support.judged import SURE, Judgement, judge
 
 BINS = (0.5, 0.8, 0.95, 0.99, 1.0001)
@@ -91,6 +92,68 @@ def sevens(rng: np.random.Generator) -> Shown:
     return drawn(rng, lamps, background=rng.uniform(3, 40))
 
 
+FILMS = ("films, wrong focal", "films, lamps off", "films, files right")
+_FRAMES = 24
+
+
+def film(kind: str, rng: np.random.Generator) -> list[Shown]:
+    """An approach or a hover, with a wrong focal length in the camera file, lamps off their places, or neither."""
+    lights = int(rng.choice([6, 8, 10, 12] if kind == FILMS[1] else [6, 8, 10, 12, 16, 24]))
+    angles, radii = even(lights), np.ones(lights)
+    if kind == FILMS[1]:
+        along, across = ((0.03, 0.03), (math.radians(4), 0.01), (math.radians(6), 0.01))[rng.integers(3)]
+        angles, radii = angles + rng.normal(0, along, lights), 1 + rng.normal(0, across, lights)
+    points = circle(angles) * radii[:, None]
+    dock = Dock(DIAMETER_M, lights if rng.random() < 0.7 else None)
+    begun = dock_drawn(rng, points, dock, share=(0.1, 0.25), tilt_deg=(5, 40))
+    camera, place, normal = begun.camera, begun.position_m, begun.normal
+    assert place is not None
+    assert normal is not None
+    factor = float(rng.choice([0.6, 0.75, 1.3, 1.6])) if kind == FILMS[0] else 1.0
+    told = msgspec.structs.replace(camera, fx=factor * camera.fx, fy=factor * camera.fy)
+    nearer, swing, turned = rng.choice([1.0, 0.6]), rng.uniform(0, 0.02, 2), rng.uniform(-6, 6, 2)
+    around, roll, bright = rng.uniform(0, 2 * np.pi, 2), rng.uniform(0, 2 * np.pi), float(np.exp(rng.uniform(0, 1.5)))
+    frames = []
+    for number in range(_FRAMES):
+        t = number / (_FRAMES - 1)
+        moved = place * (1 + (nearer - 1) * t)
+        moved = moved + [*(swing * place[2] * np.sin(5 * t + around)), 0.0]
+        # The camera turns, and with it all that it sees.
+        R = rotation_from_angles(*(np.radians(turned) * np.sin(4 * t + around[::-1])))
+        seen_m = seen_from(points, moved, normal, roll) @ R.T
+        points_px = on_picture(camera, seen_m)
+        apart = closest_px(points_px)
+        radius = float(np.clip(0.18 * apart, 1.3, 0.012 * camera.width))
+        image = draw_lamps(
+            (camera.width, camera.height),
+            points_px,
+            radius * moved[2] / seen_m[:, 2],
+            bright * np.ones(lights),
+            rng,
+            ambient=0.005,
+            noise_levels=2.0,
+            jpeg_quality=85,
+        )
+        frames.append(Shown(image, told, dock, R @ moved, R @ normal))
+    return frames
+
+
+def run_film(job: tuple[str, int, int]) -> tuple[int, int, int, int, float]:
+    """Frames in which the dock is tracked, the right pose is chosen, one is sure, and the wrong one is; the last p."""
+    kind, base, seed = job
+    tracker, counts, last = None, np.zeros(4, int), 0.0
+    for number, shown in enumerate(film(kind, np.random.default_rng([base, seed, *kind.encode()]))):
+        tracker = tracker or Tracker(shown.camera, shown.dock)
+        tracked = tracker.see(shown.image, number / 10)
+        if tracked.selected is None or shown.position_m is None or shown.normal is None:
+            continue
+        found = tracked.estimate.candidates
+        last = tracked.track.probability or 0.0
+        is_right = _has_true_side(found[tracked.selected], found[1 - tracked.selected], shown)
+        counts += [1, is_right, last >= SURE, last >= SURE and not is_right]
+    return (*counts.tolist(), last)
+
+
 KINDS: dict[str, Callable[[np.random.Generator], Shown]] = {
     "plain, told": partial(plain, is_told=True),
     "plain, unknown": partial(plain, is_told=False),
@@ -123,12 +186,20 @@ def run(job: tuple[str, int, int]) -> Came:
     judged = judge(found, place, normal)
     side = None
     if judged.found and shown.position_m is not None:
-        sight = place / np.linalg.norm(place)
-        twin = 2 * float(normal @ sight) * sight - normal
-        apart = _rising(place, normal) - _rising(place, twin)
-        chosen, other = (_rising(pose.position_m, pose.normal) for pose in found.candidates)
-        side = float((chosen - other) @ apart) > 0
+        side = _has_true_side(found.candidates[0], found.candidates[1], shown)
     return Came(judged, found.message, side)
+
+
+def _has_true_side(chosen: CirclePose, other: CirclePose, shown: Shown) -> bool:
+    """Whether the chosen one of two poses has the side nearer that the dock has, whatever the camera file says."""
+    place, normal = shown.position_m, shown.normal
+    assert place is not None
+    assert normal is not None
+    sight = place / np.linalg.norm(place)
+    twin = 2 * float(normal @ sight) * sight - normal
+    apart = _rising(place, normal) - _rising(place, twin)
+    one, another = (_rising(pose.position_m, pose.normal) for pose in (chosen, other))
+    return float((one - another) @ apart) > 0
 
 
 def _rising(position_m: np.ndarray, normal: np.ndarray) -> np.ndarray:
@@ -261,7 +332,9 @@ def bins(pairs: Sequence[tuple[float, bool]]) -> None:
             spread = math.sqrt(sum(p * (1 - p) for p, _ in part))
             wrong = sum(not right for _, right in part)
             verdict = "" if abs(wrong - expected) <= 2 * spread + 1 else "   BEYOND CHANCE"
-            print(f"    p {low:.2f} to {high:.2f}: {wrong} wrong of {len(part)}, {expected:.1f} +- {spread:.1f}{verdict}")
+            print(
+                f"    p {low:.2f} to {high:.2f}: {wrong} wrong of {len(part)}, {expected:.1f} +- {spread:.1f}{verdict}"
+            )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -275,7 +348,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--messages", action="store_true", help="tell what was said of what is not right")
     options = parser.parse_args(arguments)
     with get_context("spawn").Pool(options.processes) as pool:
-        for kind in options.kinds or ([] if options.data else KINDS):
+        for kind in options.kinds or ([] if options.data else [*KINDS, *FILMS]):
+            if kind in FILMS:
+                films = pool.map(run_film, [(kind, options.seed, n) for n in range(options.pictures)], chunksize=1)
+                sums = np.array(films).sum(axis=0)
+                print(
+                    f"{kind:22} {len(films)} of {_FRAMES} frames: tracked {sums[0]:.0f}, right {sums[1]:.0f},"
+                    f" sure {sums[2]:.0f}, sure and wrong {sums[3]:.0f} in films"
+                    f" {[(n, one[3], round(one[4], 4)) for n, one in enumerate(films) if one[3]]}",
+                    flush=True,
+                )
+                continue
             came = pool.map(run, [(kind, options.seed, n) for n in range(options.pictures)], chunksize=3)
             report(kind, came)
             for number, one in enumerate(came):
@@ -287,8 +370,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             for (_, name, _), one in results:
                 if options.messages and one is not None:
                     j = one.judged
-                    print(f"    {name:28} ring {j.right!s:5} truth {j.either!s:5} side {one.side!s:5} p {j.probability:.3f}"
-                          f" d {j.detection:.3f} | {one.message}")
+                    print(
+                        f"    {name:28} ring {j.right!s:5} truth {j.either!s:5} side {one.side!s:5} p {j.probability:.3f}"
+                        f" d {j.detection:.3f} | {one.message}"
+                    )
             rings = [one for _, one in results if one is not None and one.judged.right]
             known = [one for one in rings if one.judged.either]
             wrong_ring = [one for _, one in results if one and one.judged.found and not one.judged.right]

@@ -29,10 +29,11 @@ NOTHING = Estimate("no_lights", "No lights.", 640, 480, 8, CAMERA, DOCK, Setting
 def shown(position_m, rotation, *, dock=DOCK, noise_px=0.05, seed=0, rng=None):
     """Estimate of a picture in which the lights of a dock, ten of them, were found where they are, but for noise.
 
-    Where their number is not known one is missing, so that their spacing tells nothing.
+    Where their number is not known they are anywhere on the circle, so that their spacing tells nothing.
     """
-    skip = (3,) if dock.lights is None else ()
-    angles = 2 * np.pi * np.delete(np.arange(10), skip) / 10 + 0.2
+    angles = 2 * np.pi * np.arange(10) / 10 + 0.2
+    if dock.lights is None:
+        angles += 0.26 * np.array([0.0, 1.0, -0.9, 0.3, -0.6, 0.8, -1.0, 0.5, 0.9, -0.4])
     ring = DOCK.radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
     points = CAMERA.project(np.asarray(position_m) + ring @ rotation.T)
     points = points + (rng or np.random.default_rng([seed, 5])).normal(0, noise_px, points.shape)
@@ -146,7 +147,7 @@ def test_a_wrong_start_heals_and_was_never_certain():
             assert result.track.probability < 0.99
     assert not any(right[:4])
     assert all(right[8:])
-    assert result.track.probability > 0.99
+    assert 0.95 < result.track.probability < 0.98  # no surer than frames that share all their errors
     assert result.selected_by == "spacing"
 
 

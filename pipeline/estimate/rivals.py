@@ -25,5 +25,6 @@ def rings_of(found: Estimate) -> Iterator[Estimate]:
         except NoEllipseError:
             continue
         if reason is None:
-            words, detection = found_in_words(other, choice, camera, dock), detection_of(log_chance, ring.alike)
+            other = replace(other, lights=choice.number, focal_px=choice.focal_px)
+            words, detection = found_in_words(other, choice, camera, dock), detection_of(log_chance, other, dock)
             yield replace(found, message=words, ring=other, ellipse=ellipse, choice=choice, detection=detection)

@@ -81,7 +81,7 @@ def judge_ring(
     picture: Picture, camera: Camera, dock: Dock, stages: dict[str, Any]
 ) -> tuple[str, str, dict[str, Any], float]:
     """Status, message, stages and log of the chance of a ring; its threshold, markers and ring are in ``stages``."""
-    ring = stages["ring"]
+    ring, told = stages["ring"], dock
     if ring.focal_px is None and ring.lights and ring.on_ring.sum() < MIN_POINTS:
         dock = msgspec.structs.replace(dock, lights=ring.lights)
     try:
@@ -104,7 +104,7 @@ def judge_ring(
         return "no_ellipse", f"No ellipse: {error}.", stages, math.inf
     if reason is not None:
         return "not_a_ring", reason, stages, log_chance
-    stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(log_chance, ring.alike)}
+    stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(log_chance, ring, told)}
     return "ok", found_in_words(ring, choice, camera, dock), stages, log_chance
 
 

@@ -155,9 +155,13 @@ def _off_in_words(angles_deg: np.ndarray, dock: Dock, where: str) -> str:
     )
 
 
-def detection_of(log_chance: float, alike: int) -> float:
-    """Return the probability that a ring is the dock: by how many chance would make, and how many others are alike."""
-    return 1 / (1 + alike + math.exp(min(log_chance, 100.0)))
+def detection_of(log_chance: float, ring: Ring, dock: Dock) -> float:
+    """Return the probability that a ring is the dock: by how many chance would make, and how many others are alike.
+
+    Of an unknown number less than half of which is seen, other things that are evenly spaced are as likely.
+    """
+    is_sparse = dock.lights is None and 2 * int(ring.on_ring.sum()) < (ring.lights or 0)
+    return 1 / (1 + ring.alike + is_sparse + math.exp(min(log_chance, 100.0)))
 
 
 def few_in_words(markers: Markers, lights: int) -> str:

@@ -22,7 +22,8 @@ def choose_with_number(
 ) -> Choice | None:
     """The choice by the likeliest number of lights of which so many are seen, its probabilities summed over numbers.
 
-    None where they are spaced as those of none. Each number is as likely as the lights' squares make it, and the less likely the more of its lights are missing.
+    Each number is as likely as the lights' squares make it, and the less likely the more of its lights are missing;
+    None where they are spaced as those of none.
     """
     choices, logs = [], []
     for number in range(count, _MOST_TIMES * count + 1):

@@ -296,7 +296,7 @@ def report(name: str, came: Sequence[Came]) -> None:
     """Print a line for a kind, and p in bins where that is asked."""
     judged = [one.judged for one in came]
     found = [one for one in came if one.judged.found]
-    count, total = max(1, len(found)), max(1, len(came))
+    total = max(1, len(came))
 
     def share(of: Sequence[bool], whole: int) -> str:
         return f"{100 * sum(of) / whole:5.1f}"
@@ -320,7 +320,6 @@ def report(name: str, came: Sequence[Came]) -> None:
         bins([(one.judged.probability, one.judged.nearer) for one in found])
         off = sum(one.judged.probability >= SURE and not one.judged.right for one in found)
         print(f"    of {len(decided)} with p >= .95 {off} are off by more than 5 % or 5 degrees")
-    del count
 
 
 def bins(pairs: Sequence[tuple[float, bool]]) -> None:
@@ -371,8 +370,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 if options.messages and one is not None:
                     j = one.judged
                     print(
-                        f"    {name:28} ring {j.right!s:5} truth {j.either!s:5} side {one.side!s:5} p {j.probability:.3f}"
-                        f" d {j.detection:.3f} | {one.message}"
+                        f"    {name:28} ring {j.right!s:5} truth {j.either!s:5} side {one.side!s:5}"
+                        f" p {j.probability:.3f} d {j.detection:.3f} | {one.message}"
                     )
             rings = [one for _, one in results if one is not None and one.judged.right]
             known = [one for one in rings if one.judged.either]

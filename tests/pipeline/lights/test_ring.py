@@ -80,6 +80,12 @@ def test_of_two_rings_as_far_away_as_builders_tell_the_brighter_is_the_dock(fart
     assert ring.on_ring.tolist() == [is_kept] * 10 + [not is_kept] * 10
 
 
+def test_of_two_rings_nearly_as_bright_the_nearer_is_the_dock():
+    far, near = lights(z_m=1.506, centre=(-0.25, 0.0)), lights(z_m=1.5, centre=(0.25, 0.0))
+    ring = ring_of(np.vstack([far, near]), peaks=np.array([220] * 10 + [200] * 10))
+    assert (ring.on_ring.tolist(), ring.alike) == ([False] * 10 + [True] * 10, 1)
+
+
 @pytest.mark.parametrize("count", [5, 8, 12])
 def test_of_many_images_of_a_dock_the_dock_is_found_though_each_image_is_brighter(count):
     # Further away than the dock, as in two mirrors that face each other; together more than are looked at first.

@@ -11,6 +11,7 @@ from dockpose.lights.ellipse import fit_ellipse
 from dockpose.pose.choice import choose_by_spacing, place
 from dockpose.pose.circle import circle_poses, rotation_from_angles
 from dockpose.pose.solve import find_poses
+from dockpose.pose.uncertainty import log_odds
 from msgspec.structs import replace
 
 from tests.support.docks import CAMERA, nominal, uneven
@@ -118,13 +119,13 @@ def test_uneven_lights_leave_it_open():
     assert choice.lights is None
 
 
-def test_an_unknown_number_of_lights_is_taken_to_be_what_is_seen_and_with_some_missing_is_left_open():
-    points, normal = seen((0.1, -0.05, 1.2), 0.3, 0.5)
-    choice = choose(points, Dock(0.30))
-    assert choice.selected_by == "spacing"
-    np.testing.assert_allclose(choice.candidates[0].normal, normal, atol=1e-6)
-    points, _ = seen((0.1, -0.05, 1.2), 0.3, 0.5, skip=(2, 3, 7))
-    assert choose(points, Dock(0.30)).selected_by == "none"
+def test_the_truth_may_be_nearer_to_the_other_pose_where_their_errors_overlap():
+    points, _ = seen((0.0, 0.0, 4.0), 0.03, 0.0, noise_px=0.1, seed=1)
+    choice = choose(points)
+    first, second = (10 * pose.rms_px**2 for pose in choice.candidates)
+    apart_rad = math.acos(choice.candidates[0].normal @ choice.candidates[1].normal)
+    assert apart_rad < 2 * max(choice.candidates[0].sigma_theta_rad)
+    assert 0.5 < choice.candidates[0].probability < 1 / (1 + math.exp(-log_odds(first, second, 20))) - 0.1
 
 
 def test_even_lights_are_numbered_in_turn():

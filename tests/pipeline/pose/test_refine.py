@@ -136,6 +136,9 @@ def test_odds_by_hand():
     prior = 0.5 * 0.02**2
     assert log_odds(0.2 - prior, 0.4 - prior, 20) == pytest.approx(0.85 * 7.25 * math.log(2))
     assert log_odds(0.4 - prior, 0.2 - prior, 20) == pytest.approx(-0.85 * 7.25 * math.log(2))
+    # Centres known to 0.1 px leave 14 x 0.01 px^2; of less, what is missing is added to both.
+    assert log_odds(0.04, 0.1, 20, 0.1) == pytest.approx(log_odds(0.14, 0.2, 20))
+    assert log_odds(0.2, 0.4, 20, 0.1) == log_odds(0.2, 0.4, 20)
 
 
 def test_candidates_whose_errors_overlap_by_hand():

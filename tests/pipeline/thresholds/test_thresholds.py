@@ -85,6 +85,15 @@ def test_hats_goes_down_to_the_dimmest_light_and_no_farther(peaks):
     assert threshold.level == min(peaks)  # of all the levels with so many groups, the brightest
 
 
+def test_votes_count_brightness_and_not_levels():
+    # Ten dim lights of level 40 on water of 10, and three of 250: of the brightness, counted from ten levels below the
+    # water on, thirteen groups hold for ln(40 / 12), three for ln(250 / 50); of the levels for 28 of 240.
+    image = spots(*[250] * 3, *[40] * 10)
+    image[image == (40 + 10) // 2] = 10
+    threshold = hats(histogram_of(image), 5)
+    assert threshold.groups_at_level[threshold.level] == 13
+
+
 def test_hats_separates_lights_whose_glow_runs_together():
     image = np.full((160, 160), 10, np.uint8)
     image[5:15, 3:37] = 120

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dockpose import Settings, estimate
+from dockpose import Dock, Settings, estimate
 from dockpose.simulate import Approach, FilmPlan, film, render
 from dockpose.tracking.search import BLOCK, Search
 
@@ -65,6 +65,38 @@ def test_what_is_lost_is_searched_and_after_a_dark_frame_followed_again(course):
     dark = search.see(np.full((480, 640), 20, np.uint8), 2, course[2].time_s, Settings())
     assert (dark.status, dark.found_by) == ("no_lights", "search")
     assert search.see(course[3].image, 3, course[3].time_s, Settings()).found_by == "following"
+
+
+def changed_at_lights(lights, which, change):
+    """How a picture of a near dock is found after itself, where some of its lights are painted otherwise."""
+    dock = Dock(0.30, lights)
+    scene = random_scene(3, dock=dock, position_m=(0.05, 0.0, 0.9), theta_x_deg=10.0, theta_y_deg=15.0)
+    search, (image, truth) = Search(CAMERA, dock), render(scene)
+    assert search.see(image, 0, 0.0, Settings()).lights_on_ring == lights
+    image = image.copy()
+    for x, y in truth.lights_px[which]:
+        change(image[round(y) - 9 : round(y) + 10, round(x) - 9 : round(x) + 10])
+    return search.see(image, 1, 0.1, Settings())
+
+
+def dark(part):
+    part[:] = part.min()
+
+
+def speck(part):
+    level = part.max()
+    part[:] = part.min()
+    part[9, 9] = level
+
+
+def test_with_fewer_than_half_of_the_lights_the_picture_is_searched():
+    found = [changed_at_lights(24, slice(out), dark) for out in (12, 13)]
+    assert [(each.found_by, each.lights_on_ring) for each in found] == [("following", 12), ("search", 11)]
+
+
+def test_what_is_of_another_size_than_its_light_is_not_followed():
+    found = changed_at_lights(10, slice(1), speck)
+    assert (found.found_by, found.lights_on_ring) == ("following", 9)
 
 
 def test_other_settings_are_a_reason_to_search(course):

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from dockpose.camera.camera import Camera
-from dockpose.compiled import compiled
 from dockpose.dock import Dock
 from dockpose.lights.chance import LEAST_PX
 from dockpose.pose.circle import CirclePose, angles_of
+from dockpose.pose.placement import Placement, place
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at, weigh
 from dockpose.pose.uncertainty import PoseErrors, SharedErrors, deviations, log_odds, nearer, noise_px
 
@@ -21,24 +21,8 @@ _NO_CHANCE = 100.0  # sum of squares, relative to the other's, of a pose on whos
 # what chance hardly does (Fisher's F).
 _PLACED_PX, _LEAST_PX, _NO_SLIDE = 0.5, 0.05, 1e-3
 
-# Of the spacing, root mean square: how far off even spacing all lights of a dock may be for it to tell anything; their
-# order says which each is.
-_IN_ORDER_WITHIN = 0.3
-WITHIN = 0.25  # of the mean spacing: points farther than this from every light are not the dock's
-_WORTH = 1.0  # penalty for a wrong colour, in squared mean spacings: more than the largest allowed offset
 _SURE = 0.95  # probability from which the roll counts as known
 _IN_ONE_TURN = 1e-9  # rounding of a full turn
-
-
-@dataclass(frozen=True)
-class Placement:
-    """The lights that N points are, on each of K candidates."""
-
-    lights: np.ndarray  # (K, N): numbers of the lights
-    rolls_rad: np.ndarray  # (K,): roll of the dock that brings its lights closest to the points
-    angles_rad: np.ndarray  # (K, N): angles of the lights at that roll
-    fits: list[bool]  # for each candidate, whether every point is near its light and no two share one
-    period_rad: float  # the roll is known modulo this
 
 
 @dataclass(frozen=True)
@@ -239,92 +223,6 @@ def _roll_rad(rotation: np.ndarray) -> float:
     along = float(rotation[0, 0]) * z - float(rotation[2, 0]) * x
     across = float(rotation[0, 1]) * z - float(rotation[2, 1]) * x
     return math.atan2(-across, along)
-
-
-def place(points_rad: np.ndarray, dock: Dock, labels: Sequence[str | None] | None = None) -> Placement:
-    """Find the lights that points at angles (K, N) around the ring are, on each of K candidates."""
-    coloured = bool(dock.colours) and labels is not None and any(label is not None for label in labels)
-    if not coloured and not dock.angles_deg:
-        count = dock.lights or points_rad.shape[1]
-        lights, rolls, angles, fits = _on_even_ring(points_rad, count, dock.lights == points_rad.shape[1])
-        return Placement(lights, rolls, angles, fits.tolist(), 2 * math.pi / count)
-    known = dock.light_angles_rad()
-    wrong = np.zeros((points_rad.shape[1], len(known)))  # whether point i cannot be light j, as its colour differs
-    if coloured:
-        wrong[:] = [[label is not None and label != colour for colour in dock.colours] for label in labels or ()]
-    placed, rolls, fits = zip(*(_place_known(row, known, wrong) for row in points_rad), strict=True)
-    lights, rolls = np.array(placed), np.array(rolls)
-    even = not dock.angles_deg and not coloured
-    period = 2 * math.pi / len(known) if even else 2 * math.pi
-    return Placement(lights, rolls, known[lights] + rolls[:, None], list(fits), period)
-
-
-@compiled
-def _on_even_ring(
-    points: np.ndarray, count: int, are_all: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """What :class:`Placement` has, by the common phase of the points' angles, modulo the spacing.
-
-    If these are all of the dock's lights, their order may say which each is.
-    """
-    step = 2 * math.pi / count
-    lights, angles = np.empty(points.shape, np.int64), np.empty(points.shape)
-    rolls, fits = np.empty(len(points)), np.empty(len(points), np.bool_)
-    taken = np.empty(count, np.bool_)
-    for k in range(len(points)):
-        sine, cosine = 0.0, 0.0
-        for angle in points[k]:
-            sine += math.sin(count * angle)
-            cosine += math.cos(count * angle)
-        roll = rolls[k] = math.atan2(sine, cosine) / count
-        fits[k] = True
-        for light in range(count):
-            taken[light] = False
-        for number in range(points.shape[1]):
-            slot = (points[k, number] - roll) / step
-            nearest = round(slot)
-            light = lights[k, number] = int(nearest) % count
-            angles[k, number] = roll + step * nearest
-            if taken[light] or not abs(slot - nearest) < WITHIN:
-                fits[k] = False
-            taken[light] = True
-        if not fits[k] and are_all:
-            rolls[k] = _in_order(points[k], lights[k], angles[k])
-            fits[k] = np.sqrt(np.mean((points[k] - angles[k]) ** 2)) < _IN_ORDER_WITHIN * step
-    return lights, rolls, angles, fits
-
-
-@compiled
-def _in_order(points: np.ndarray, lights: np.ndarray, angles: np.ndarray) -> float:
-    """Fill in which light each of all points (N,) is, whose order around a ring says so, and its angle; the roll."""
-    count = len(points)
-    step, roll = 2 * math.pi / count, 0.0
-    for place, number in enumerate(np.argsort(points)):
-        lights[number] = place
-        roll += float(points[number] - step * place) / count
-    for number in range(count):
-        angles[number] = roll + step * lights[number]
-    return roll
-
-
-def _place_known(points_rad: np.ndarray, known_rad: np.ndarray, wrong: np.ndarray) -> tuple[np.ndarray, float, bool]:
-    """Lights (N,), roll, and whether they fit: the best of all rolls that bring some light to the first point."""
-    step = 2 * math.pi / len(known_rad)
-    rolls = points_rad[0] - known_rad
-    off = points_rad[None, :, None] - known_rad - rolls[:, None, None]
-    off = (off + math.pi) % (2 * math.pi) - math.pi
-    lights = np.argmin(np.abs(off), axis=2)
-    row, column = np.ogrid[: len(rolls), : len(points_rad)]
-    nearest = off[row, column, lights]
-    # The roll contains the first point's own error: remove it before judging.
-    shift = nearest.mean(axis=1)
-    squares = ((nearest - shift[:, None]) ** 2).sum(axis=1) / step**2
-    mismatch = wrong[column, lights].sum(axis=1)
-    repeated = np.array([len(points_rad) - len(set(each)) for each in lights.tolist()])
-    best = int(np.argmin(squares + _WORTH * (mismatch + repeated)))
-    apart = np.abs(nearest[best] - shift[best]).max()
-    fits = bool(apart < WITHIN * step and mismatch[best] == 0 and repeated[best] == 0)
-    return lights[best], float(rolls[best] + shift[best]), fits
 
 
 def offsets_of(dock: Dock, lights: np.ndarray, rolls_rad: np.ndarray) -> np.ndarray:

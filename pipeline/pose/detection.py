@@ -41,10 +41,9 @@ def judged(
 ) -> tuple[Ellipse, Choice, float, str | None]:
     """Return a ring's ellipse, poses, log of its chance, and why it is no dock; NoEllipseError where it has no pose."""
     lights = markers.part(ring.on_ring)
+    ellipse, choice = find_poses(lights.points_px, camera, dock, labels, ring.ellipse, lights.covariances_px2)
     other = None if ring.focal_px is None or ring.lights is None else (ring.focal_px, ring.lights)
-    if other is None:
-        ellipse, choice = find_poses(lights.points_px, camera, dock, labels, ring.ellipse, lights.covariances_px2)
-        other = other_focal_px(lights.points_px, camera, dock, ellipse, choice)
+    other = other or other_focal_px(lights.points_px, camera, dock, ellipse, choice)
     if other is not None:  # the spacing would only tell how wrong the camera is
         dock = msgspec.structs.replace(dock, lights=None)
         ellipse, choice = poses_by_side(lights.points_px, camera, dock, *other, ring.ellipse)

@@ -11,7 +11,8 @@ from dockpose.checks import as_points
 from dockpose.dock import Dock
 from dockpose.lights.ellipse import NoEllipseError
 from dockpose.pose.assignments import FEWEST, assignments, basis_of, plane_of, squares_of
-from dockpose.pose.choice import Choice, Placement, choice_of
+from dockpose.pose.choice import Choice, choice_of
+from dockpose.pose.placement import Placement
 from dockpose.pose.refine import HOPELESS, HOPELESS_PX2, Fit, LightRays, light_rays, refine
 from dockpose.pose.uncertainty import WORTH_OF_EVIDENCE, log_evidence
 

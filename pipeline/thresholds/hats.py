@@ -1,4 +1,4 @@
-"""HATS, histogram-based adaptive thresholding (Ghosh et al. 2016, sections 2.1.1 and 2.1.2): peaks vote on a count."""
+"""HATS, histogram-based adaptive thresholding (Ghosh et al. 2016, sections 2.1.1 and 2.1.2): levels vote on a count."""
 
 import math
 from dataclasses import dataclass, field
@@ -36,7 +36,7 @@ NOISE_FACTOR, NOISE_MORE = 1.3, 2
 
 
 def hats(histogram: Histogram, min_area_px: int) -> Threshold:
-    """Choose the level that keeps the most lights apart, by a vote of the histogram's peaks.
+    """Choose the level that keeps the most lights apart, by a vote of its levels.
 
     Parameters
     ----------

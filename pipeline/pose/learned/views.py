@@ -10,8 +10,9 @@ import cv2
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.pose.choice import Placement, place, refine_with_offsets
+from dockpose.pose.choice import refine_with_offsets
 from dockpose.pose.circle import CirclePose
+from dockpose.pose.placement import Placement, place
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, on_planes, refine
 from dockpose.pose.uncertainty import cross
 

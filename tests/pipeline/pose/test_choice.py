@@ -8,8 +8,9 @@ import pytest
 from dockpose import Dock
 from dockpose.camera import FlatPort
 from dockpose.lights.ellipse import fit_ellipse
-from dockpose.pose.choice import choose_by_spacing, place
+from dockpose.pose.choice import choose_by_spacing
 from dockpose.pose.circle import circle_poses, rotation_from_angles
+from dockpose.pose.placement import place
 from dockpose.pose.solve import find_poses
 from dockpose.pose.uncertainty import log_odds
 from msgspec.structs import replace

@@ -34,6 +34,8 @@ class Found:
         if self.status != "ok":
             return False
         ring, ellipse, choice = self.stages["ring"], self.stages["ellipse"], self.stages["choice"]
+        if choice.focal_px is not None and ring.focal_px is None:
+            return False  # it was found by the camera's focal length, with which its lights are off their places
         count, rms_px = int(ring.on_ring.sum()), choice.candidates[choice.selected].rms_px or 0.0
         least = min(MIN_POINTS, ring.lights or MIN_POINTS)
         if self.log_chance > (NO_CHANCE if least == MIN_POINTS else LITTLE_CHANCE):

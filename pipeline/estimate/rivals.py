@@ -25,6 +25,6 @@ def rings_of(found: Estimate) -> Iterator[Estimate]:
         except NoEllipseError:
             continue
         if reason is None:
-            other = replace(other, lights=choice.number, focal_px=choice.focal_px)
+            other = replace(other, lights=choice.number)
             words, detection = found_in_words(other, choice, camera, dock), detection_of(log_chance, other, dock)
             yield replace(found, message=words, ring=other, ellipse=ellipse, choice=choice, detection=detection)

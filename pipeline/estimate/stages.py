@@ -94,7 +94,7 @@ def judge_ring(
             ring = part
             ellipse, choice, log_chance, reason = _judged(ring, picture, stages["markers"], camera, dock)
         if choice.number is not None:
-            ring = replace(ring, lights=choice.number, focal_px=choice.focal_px)
+            ring = replace(ring, lights=choice.number)
         stages["ring"] = ring
     except NoEllipseError as error:
         if (lights := int(ring.on_ring.sum())) < MIN_POINTS:

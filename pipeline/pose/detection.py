@@ -43,14 +43,19 @@ def judged(
     lights = markers.part(ring.on_ring)
     ellipse, choice = find_poses(lights.points_px, camera, dock, labels, ring.ellipse, lights.covariances_px2)
     other = None if ring.focal_px is None or ring.lights is None else (ring.focal_px, ring.lights)
-    other = other or other_focal_px(lights.points_px, camera, dock, ellipse, choice)
     if other is not None:  # the spacing would only tell how wrong the camera is
         dock = msgspec.structs.replace(dock, lights=None)
         ellipse, choice = poses_by_side(lights.points_px, camera, dock, *other, ring.ellipse)
     elif choice.number is not None:
         dock = msgspec.structs.replace(dock, lights=choice.number)
     log_chance = log_chance_of_ring(ring, markers, ellipse, choice, camera, dock, area_px2)
-    return ellipse, choice, log_chance, why_no_dock(ring, markers, ellipse, choice, camera, dock, log_chance)
+    reason = why_no_dock(ring, markers, ellipse, choice, camera, dock, log_chance)
+    if reason is None and other is None:
+        other = other_focal_px(lights.points_px, camera, dock, ellipse, choice)
+        if other is not None:
+            dock = msgspec.structs.replace(dock, lights=None)
+            ellipse, choice = poses_by_side(lights.points_px, camera, dock, *other, ellipse)
+    return ellipse, choice, log_chance, reason
 
 
 def log_chance_of_ring(

@@ -159,6 +159,7 @@ def _judged(
         ellipse=None,
         rivals=rivals,
         alike=min(before.ring.alike, len(rivals)),
+        focal_px=None if before.choice is None else before.choice.focal_px,
     )
     threshold = before.threshold if before.threshold.groups is None else replace(before.threshold, groups=None)
     stages: dict[str, Any] = {"threshold": threshold, "markers": markers, "ring": ring}

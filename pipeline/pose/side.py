@@ -20,6 +20,7 @@ _NUMBERS = 8  # of a homography
 # Focal lengths that are tried, in those of the camera; the chance that one more number fits so much better, and what
 # lights that are in their places by it may be off at the most.
 _TIMES, _NO_CHANCE, _IN_PLACE_PX = 1.1 ** np.arange(-12, 16), 1e-4, 0.5
+_DOUBTFUL = 20.0  # how many times as far as off their ellipse
 
 
 def other_focal_px(
@@ -35,8 +36,9 @@ def other_focal_px(
         return None
     if dock.angles_deg or dock.offsets_m or dock.colours:
         return None
-
-    known = msgspec.structs.replace(dock, lights=dock.lights or choice.number)
+    # A number that was taken by this camera may be wrong as well, where lights are that far off their places by it.
+    is_doubtful = own_px > _DOUBTFUL * max(ellipse.rms_px, LEAST_PX)
+    known = dock if is_doubtful else msgspec.structs.replace(dock, lights=dock.lights or choice.number)
 
     def placed(times: float) -> tuple[float, float, int]:
         other = msgspec.structs.replace(camera, fx=times * camera.fx, fy=times * camera.fy)

@@ -240,8 +240,7 @@ def _is_part_of_more(best: Candidate, exact: Candidate, scene: Scene, within_px:
     """Whether more lights lie on a ring's ellipse than the dock has, and than chance would put there."""
     members, points_px = exact.polygon.members, scene.points_px
     # Specks are no lights, and what is near a light is a part of it.
-    typical = np.median(scene.brightness[members])
-    is_light = scene.brightness > _SPECK * typical
+    is_light = scene.brightness > _SPECK * np.median(scene.brightness[members])
     is_light[best.polygon.members] = False
     is_light &= distances(points_px, points_px[best.polygon.members]).min(axis=1) > 2 * within_px
     is_light[np.setdiff1d(best.polygon.members, members)] = True
@@ -252,8 +251,7 @@ def _is_part_of_more(best: Candidate, exact: Candidate, scene: Scene, within_px:
     except NoEllipseError:
         return False
     is_on = ellipse.distances(points_px[others]) < within_px
-    # What is dimmer, as lamps that are not lit, counts by its brightness.
-    count, on = len(members), float(np.minimum(1.0, scene.brightness[others[is_on]] / typical).sum())
+    count, on = len(members), int(is_on.sum())
     # No more than the dock has are its own: where some run together, groups stand between their places.
     if count + on <= best.sides or on < max(_FEWEST_OTHERS, _UNEXPLAINED * count):
         return False

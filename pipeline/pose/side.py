@@ -82,7 +82,7 @@ def poses_by_side(
     off_px = np.array([camera.fx, camera.fy]) * (scale - 1)
     camera = with_errors(camera, ["fx", "fy"], np.outer(off_px, off_px))
     choice = choose_by_side(poses, points_px, camera, dock, first)
-    return ellipse, replace(choice, lights=told.lights, number=lights, focal_px=focal_px)
+    return ellipse, replace(choice, lights=told.lights, number=lights, focal_px=float(focal_px))
 
 
 def _first_is_right(

@@ -112,7 +112,10 @@ def test_a_ring_that_another_camera_saw_is_found_and_names_its_focal_length(time
     if times > 1:
         assert f"not the camera's {told.fx:.0f} px: check the camera file." in found.message
         assert found.ring.focal_px == pytest.approx(sharp.fx, rel=0.1)  # the steps in which they are tried
-        assert not found.choice.decided
+        pose, other = found.candidates  # the nearer side shows whatever the camera is
+        assert found.choice.decided
+        assert (pose.normal - other.normal) @ -rotation_from_angles(0.7, -0.6)[:, 2] > 0
+        assert pose.sigma_total_position_m[2] > 0.5 * pose.position_m[2]  # half of its range comes of the camera file
 
 
 def test_the_same_lamps_are_searched_for_a_ring_once(monkeypatch):

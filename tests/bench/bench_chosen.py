@@ -145,11 +145,11 @@ def run_film(job: tuple[str, int, int]) -> tuple[int, int, int, int, float]:
     for number, shown in enumerate(film(kind, np.random.default_rng([base, seed, *kind.encode()]))):
         tracker = tracker or Tracker(shown.camera, shown.dock)
         tracked = tracker.see(shown.image, number / 10)
-        if tracked.selected is None or shown.position_m is None or shown.normal is None:
+        if tracked.index is None or shown.position_m is None or shown.normal is None:
             continue
         found = tracked.estimate.candidates
         last = tracked.track.probability or 0.0
-        is_right = _has_true_side(found[tracked.selected], found[1 - tracked.selected], shown)
+        is_right = _has_true_side(found[tracked.index], found[1 - tracked.index], shown)
         counts += [1, is_right, last >= SURE, last >= SURE and not is_right]
     return (*counts.tolist(), last)
 

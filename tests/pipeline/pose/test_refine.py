@@ -19,6 +19,12 @@ DOCK = Dock(0.30, 10)
 BENT = Camera(700, 690, 310, 250, 640, 480, (-0.30, 0.10, 0.001, -0.002, 0.01))
 
 
+def candidates_of(*arguments):
+    choice = choose_by_spacing(*arguments)
+    assert choice is not None
+    return choice.candidates
+
+
 def seen(position_m, theta_x, theta_y, *, camera=CAMERA, noise_px=0.0, seed=0, count=10):
     rotation = rotation_from_angles(theta_x, theta_y)
     rng = np.random.default_rng(seed)
@@ -74,7 +80,7 @@ def test_refinement_halves_the_angle_error_near_square_on():
     for seed in range(150):
         points, rotation, _ = seen((0.0, 0.0, 1.2), math.radians(8), 0.0, noise_px=0.2, seed=seed)
         poses = circle_poses(fit_ellipse(points), CAMERA, DOCK.diameter)
-        refined = choose_by_spacing(poses, points, CAMERA, DOCK).candidates
+        refined = candidates_of(poses, points, CAMERA, DOCK)
         for errors, candidates in ((before, poses), (after, refined)):
             errors.append(min(np.linalg.norm(pose.normal + rotation[:, 2]) for pose in candidates))
     assert np.median(after) < 0.6 * np.median(before)
@@ -86,7 +92,7 @@ def test_errors_are_as_large_as_the_deviations_say():
     for seed in range(300):
         points, _, _ = seen((0.1, -0.05, 1.2), 0.4, 0.3, noise_px=0.2, seed=seed)
         poses = circle_poses(fit_ellipse(points), CAMERA, DOCK.diameter)
-        pose = choose_by_spacing(poses, points, CAMERA, DOCK).candidates[0]
+        pose = candidates_of(poses, points, CAMERA, DOCK)[0]
         truth = [0.1, -0.05, 1.2, 0.4, 0.3]
         found = [*pose.position_m, pose.theta_x_rad, pose.theta_y_rad]
         sigma = [*pose.sigma_position_m, *pose.sigma_theta_rad]
@@ -165,7 +171,7 @@ def test_deviations_agree_with_errors_whatever_the_roll():
     for seed in (1, 2):  # same pose, other roll
         points, _, _ = seen((0.1, -0.05, 1.2), 0.4, 0.3, seed=seed)
         poses = circle_poses(fit_ellipse(points), CAMERA, DOCK.diameter)
-        sigmas.append(choose_by_spacing(poses, points, CAMERA, DOCK).candidates[0].sigma_theta_rad)
+        sigmas.append(candidates_of(poses, points, CAMERA, DOCK)[0].sigma_theta_rad)
     assert sigmas[0] == pytest.approx(sigmas[1], rel=0.02)
 
 
@@ -178,7 +184,7 @@ def test_a_light_that_its_covariance_calls_poor_counts_less():
         points[3] += 0.8 * np.array([math.cos(seed), math.sin(seed)])
         poses = circle_poses(fit_ellipse(points), CAMERA, DOCK.diameter)
         for number, each in enumerate((None, known)):
-            pose = choose_by_spacing(poses, points, CAMERA, DOCK, None, each).candidates[0]
+            pose = candidates_of(poses, points, CAMERA, DOCK, None, each)[0]
             off[number] += np.linalg.norm(pose.position_m - [0.1, -0.05, 1.2])
             told[number] += pose.sigma_position_m[2]
     assert off[1] < 0.3 * off[0]
@@ -195,5 +201,5 @@ def test_lights_out_of_place_are_weighed_alike_and_none_is_better_than_its_pictu
     assert noise == pytest.approx(math.sqrt(2 / (1 / 0.01**2 + 1 / 0.05**2)))
     exact, _, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5)
     poses = circle_poses(fit_ellipse(exact), CAMERA, DOCK.diameter)
-    told = [choose_by_spacing(poses, exact, CAMERA, DOCK, None, scale * known).candidates[0] for scale in (1, 100)]
+    told = [candidates_of(poses, exact, CAMERA, DOCK, None, scale * known)[0] for scale in (1, 100)]
     assert told[1].sigma_position_m[2] == pytest.approx(10 * told[0].sigma_position_m[2], rel=0.05)

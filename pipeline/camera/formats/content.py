@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 from dockpose.camera.formats.fields import numbers_in
 from dockpose.camera.formats.mat import mat_content
-from dockpose.camera.formats.words import foreign
+from dockpose.camera.formats.words import READ, foreign
 from dockpose.files import MOST_BYTES, FileError, parse_yaml
 
 LARGEST_BYTES = 5_000_000  # of a file that is not YAML; MATLAB and calib.io keep every corner beside the camera
@@ -28,10 +28,13 @@ _ZED |= {"FHD1200": (1920, 1200), "SVGA": (960, 600), "4K": (3840, 2160), "QHDPL
 
 def content_of(data: bytes, name: str) -> Any:
     """What a file holds; FileError, about ``name``, where it is nothing that is read."""
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):  # what PowerShell writes
+        data = data.decode("utf-16", "replace").encode()
     if told := foreign(data):
         raise FileError(f"{name}: {told}")
     if len(data) > LARGEST_BYTES:
         raise FileError(f"{name}: has more than the {LARGEST_BYTES / 1e6:g} MB that are read")
+    no_json = ""
     try:
         if data.startswith(b"PK\x03\x04"):
             return _npz(data)
@@ -40,8 +43,10 @@ def content_of(data: bytes, name: str) -> Any:
         if data.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(b"<"):
             return _xml(data)
         if data.lstrip()[:1] in (b"{", b"["):
-            with contextlib.suppress(ValueError):  # what is no JSON may be YAML
+            try:
                 return json.loads(data)
+            except ValueError as error:  # what is no JSON may be YAML
+                no_json = f"is not valid JSON ({error})"
     except RecursionError as error:
         raise FileError(f"{name}: is nested too deeply") from error
     except ValueError as error:
@@ -64,7 +69,13 @@ def content_of(data: bytes, name: str) -> Any:
             parser = configparser.ConfigParser(interpolation=None)
             parser.read_string(text)
             return _with_sizes({name: dict(parser[name]) for name in parser.sections()})
-    return parse_yaml(_first_document(data), name)
+    try:
+        return parse_yaml(_first_document(data), name)
+    except FileError as error:
+        if name.lower().endswith((".yaml", ".yml")) or "not valid YAML" not in str(error):
+            raise
+        told = f"{name}: {no_json}" if no_json else f"{error}, and no other kind of camera file ({READ})"
+        raise FileError(told) from error
 
 
 def _ost(text: str) -> dict[str, Any]:

@@ -42,7 +42,9 @@ MODELS = {
     ),
 }
 _KNOWN = "plumb_bob, rational_polynomial, radtan, equidistant, fisheye, kannala_brandt or pinhole"
-_NUMBERED = ("brown", "fisheye")  # MC-Calib's distortion_type, DepthAI's cameraType
+# MC-Calib's distortion_type, DepthAI's cameraType, and the model that RealSense's library counts, beside its ppx.
+_NUMBERED = {"distortiontype": ("brown", "fisheye"), "cameratype": ("perspective", "fisheye"), "distortionmodel": ()}
+_REALSENSE = ("none", "modified Brown", "inverse Brown Conrady", "ftheta", "brown", "kannala brandt4")
 _SURE_MODEL = re.compile("dist|lensmodel|projection(model|type)|intrinsic|modeltype")
 _FISHEYE_FLAG = re.compile("(is|use)?fisheye(model|lens)?")
 
@@ -70,9 +72,11 @@ def model_in(fields: Fields) -> str:
     for key, value in fields.named(MODEL):
         text, last = str(value).strip(), plain(key.rpartition(".")[2])
         if text.isdigit():
-            if last not in ("distortiontype", "cameratype"):
+            names = _REALSENSE if last == "model" and "ppx" in fields else _NUMBERED.get(last)
+            if names is None:
                 continue
-            text = _NUMBERED[int(text)] if len(text) == 1 and int(text) < len(_NUMBERED) else f"number {text}"
+            text = names[int(text)] if len(text) == 1 and int(text) < len(names) else f"number {text}"
+            found[text] = key
         if lens_name(text) in MODELS or _SURE_MODEL.search(last) or LENS_WORDS.search(plain(text)):
             found[text] = key
             fields.mark(key)
@@ -114,14 +118,18 @@ class Described:
         if (lengths := MODELS.get(lens_name(self.model))) is None:
             raise _unknown("distortion_model", self.model)
         bent = self.distortion
-        if 8 < len(bent) <= 14:
-            shorter = (4, 14) if is_fisheye(self.model) else (5, 8, 12, 14)
-            bent = next(bent[:count] for count in shorter if not any(bent[count:]))
+        if is_fisheye(self.model):  # of which DepthAI writes 14, and RealSense 5
+            is_padded = (len(bent) > 8 or lens_name(self.model) == "kannalabrandt4") and not any(bent[4:])
+            bent = bent[:4] if is_padded else bent
+        elif 8 < len(bent) <= 14:
+            bent = next(bent[:count] for count in (5, 8, 12, 14) if not any(bent[count:]))
         if lengths == (0,) and not any(bent):
             bent = []
         if not {len(bent), len(self.distortion)} & {0, *lengths}:
             wanted = " or ".join(map(str, filter(None, lengths))) or "none"
-            raise ValueError(f"distortion_coefficients has {len(self.distortion)} values; {self.model} has {wanted}")
+            raise ValueError(
+                f"distortion_coefficients has {len(self.distortion)} values; {self.model or 'OpenCV'} has {wanted}"
+            )
         if self.size is None and size is None:
             raise NoSizeError(
                 "does not say for which pictures it is (image_width, image_height); say --camera-size WxH"

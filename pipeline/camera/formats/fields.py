@@ -15,15 +15,18 @@ _PARTS = re.compile(
 )
 # What real files hold beside the camera that is read: boards, poses, errors, other pictures.
 _HARMLESS = re.compile(
-    r"err|rms|std|sigma|dev|covar|uncert|limit|flag|board|pattern|square|marker|tag|grid|chess|corner|points?$|extrins"
-    r"|rectif|projection(matrix)?$|^proj|pose|quat|^q|rotat|rvec|^rot|trans|essential|fundamental|new|optim|undistorted|valid|distance"
+    r"err|rms|std|sigma|dev|covar|uncert|confid|limit|flag|board|pattern|square|marker|tag|grid|chess|corner|points?$|object"
+    r"|extrins|rectif|(coef\w*|matrix|mtx)(rows|cols)$|projection(matrix)?$|^proj|pose|quat|^q|rotat|rvec|^rot|trans|essential|fundamental|new|optim|undistorted|valid|distance"
     r"|^file|path|date|time|unit|note|polymorph|sensorsize|pixel|^(sensor|fov|hfov|vfov|board)|^p\d?$|^r\d?$|^num|^nr|^est"
 )
 _LENS = re.compile(
     r"dist|coef|radial|tangential|fish|poly|prism|brown|^(left|right|cam|l|r)?d(left|right|\d)?$|^[kps]\d+$|^tau"
     r"|^xi$|^alphac?$|^beta$|^skew$|^kc|^k$|bend|decent|lens(coef|par)|mirror|mappingcoef|stretch"
 )
-MODEL = re.compile(r"(dist\w*|camera|lens|projection|intrinsics?|calibration)?(model|type|modeltype|projection)")
+_DISTANCE = re.compile(r"(?<=\w)dist(?!o|c|\d|k\d)")
+MODEL = re.compile(
+    r"(dist\w*|camera|lens|projection|(camera)?intrinsics?|calibration)?(model|type|modeltype|projection)"
+)
 LENS_WORDS = re.compile(
     "fish|equi|kannala|brandt|^kb|brown|conrady|radtan|radial|plumb|rational|omni|mei$|unified|^e?ucm|^ds$|sphere|^fov$"
     "|atan|theta|poly|scara|ocam|division|prism|panoram|stereograph|cylind|cahv|splined"
@@ -35,9 +38,9 @@ _LENGTH = re.compile(r"width|height|size|shape|resol|dim|^(w|h|nx|ny|cols|rows)$
 _MOST_BENT = 20  # of a lens's coefficients
 _LEAST_PX = 64  # fewer are squares of a board
 _OF = "(?:image|img|im|frame|camera|cam|calib|calibration|picture|pic|video|raw|native|imager)?"
-_SIZE = re.compile(f"{_OF}(size|shape|res|resolution|dims?|dimensions?)(px|pixels)?")
-_WIDTH = re.compile(f"{_OF}(width|w|cols|resx|sizex)(px|pixels)?|nx")
-_HEIGHT = re.compile(f"{_OF}(height|h|rows|resy|sizey)(px|pixels)?|ny")
+_SIZE = re.compile(rf"{_OF}(size|shape|res|resolution|dims?|dimensions?)(px|pixels)?|s\d\d")  # KITTI's S_00
+_WIDTH = re.compile(rf"{_OF}(width|w|cols|resx|sizex)(px|pixels)?|nx|w\d\d")
+_HEIGHT = re.compile(rf"{_OF}(height|h|rows|resy|sizey)(px|pixels)?|ny|h\d\d")
 _MOST_OFF = 0.25  # of half the picture, that a principal point is off its middle
 
 
@@ -112,6 +115,8 @@ class Fields:
                 continue
             is_row = len(numbers) in (4, 5, 8, 12, 14) and max(map(abs, numbers)) < _MOST_BENT  # under a misspelt name
             is_row = is_row and not all(map(float.is_integer, numbers))
+            if len(numbers) == 1:  # a length, such as min_dist
+                parts = [_DISTANCE.sub("", part) for part in parts]
             if any(map(_LENS.search, parts)) or (is_row and not self.has_lens):
                 raise ValueError(
                     f"its {key} is not read; call the lens's coefficients distortion_coefficients, in OpenCV's order, "
@@ -186,7 +191,7 @@ def size_in(fields: Fields, middle: tuple[float, float]) -> tuple[Any, Any] | No
 
 def _two(key: str, value: Any, middle: tuple[float, float]) -> tuple[Any, Any] | None:
     """Width and height of a pair, of text as 640x480, of the shape of an array; None of anything else."""
-    numbers = [float(each) for each in re.findall(r"\d+", value)] if isinstance(value, str) else numbers_in(value)
+    numbers = numbers_in(value) or ([*map(float, re.findall(r"\d+", value))] if isinstance(value, str) else [])
     is_shape = plain(key.rpartition(".")[2]).endswith("shape")
     if len(numbers) == 3 and numbers[2] in (1, 3, 4):  # an array's, with its channels
         numbers = [numbers[1], numbers[0]]

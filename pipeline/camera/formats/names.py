@@ -42,10 +42,10 @@ def numbers_of(name: str, value: Any) -> np.ndarray:
         data = value.get("data")
         if isinstance(data, bytes):  # OpenCV's base64, behind a head of 24 bytes
             data = np.frombuffer(data[24:], {"d": "<f8", "f": "<f4"}[str(value.get("dt"))])
-        array, (rows, cols) = (
-            numbers_of(f"{name}.data", data).ravel(),
-            (number_of(value, each) for each in ("rows", "cols")),
-        )
+        array = numbers_of(f"{name}.data", data).ravel()
+        if not {"rows", "cols"} & value.keys():  # parameters of a ROS 2 node
+            return array
+        rows, cols = (number_of(value, each) for each in ("rows", "cols"))
         if rows < 0 or cols < 0 or rows * cols != array.size:
             raise ValueError(f"{name} says {rows:g} x {cols:g}, but its data has {array.size} values")
         return array.reshape(int(rows), int(cols))
@@ -117,7 +117,7 @@ def lens_of(fields: Fields, which: str, model: str) -> list[float]:
         radial = numbers_of("radial distortion", radial).ravel().tolist()
         tangential = numbers_of("tangential distortion", [0, 0] if tangential is None else tangential).ravel().tolist()
         radial += [0.0] * (3 - len(radial))
-        return [*radial, *tangential] if is_fisheye(model) else [*radial[:2], *tangential, *radial[2:]]
+        return [*radial, *filter(None, tangential)] if is_fisheye(model) else [*radial[:2], *tangential, *radial[2:]]
     terms = _FISHEYE_TERMS if is_fisheye(model) else _TERMS
     given = (fields.first(name) for each in terms for name in _ONE_BY_ONE.get(each, (each,)))
     if all(each is None or isinstance(each, (list, Mapping)) for each in given):
@@ -135,7 +135,8 @@ def pair_of(width: Any, height: Any) -> tuple[float, float]:
 
 
 def _holds_nine(value: Any) -> bool:
-    return np.array(value.get("data") if isinstance(value, Mapping) else value, dtype=object).size == 9
+    value = value.get("data") if isinstance(value, Mapping) else value
+    return np.array(value.split() if isinstance(value, str) else value, dtype=object).size == 9
 
 
 def matrices_in(content: Mapping[Any, Any]) -> list[tuple[str, str]]:
@@ -147,7 +148,7 @@ def matrices_in(content: Mapping[Any, Any]) -> list[tuple[str, str]]:
             rest = name.removeprefix(alias) if name.startswith(alias) else name.removesuffix(alias)
             is_sure = rest == "" and alias in _MATRICES and alias not in ROWS and value not in (None, [], "")
             is_one = not isinstance(value, Mapping) or "data" in value
-            if rest != name and rest in _PAIRS and is_one and (is_sure or _holds_nine(value)):
+            if rest != name and (rest in _PAIRS or rest.isdigit()) and is_one and (is_sure or _holds_nine(value)):
                 found.append((key, rest))
                 break
     return found

@@ -118,7 +118,10 @@ def _gyroflow(content: Fields) -> Iterator[tuple[str, Described]]:
             raise ValueError(f"its {key} is {shown(content.get(key))}, which is not read; take a profile without one")
     K = matrix_of("camera_matrix", inner.get("camera_matrix"))
     size = content.get("calib_dimension") or {}
+    if content.get("use_opencv_standard"):
+        raise ValueError("its use_opencv_standard is not read; take a profile with use_opencv_fisheye")
     content.mark("camera_model", "lens_model", "output_dimension", "compatible_settings")
+    content.mark("use_opencv_fisheye", "calib_params")
     content.has_size = "w" in size and "h" in size
     bent, model = lens_of(inner, "", "fisheye"), content.get("distortion_model")
     if not any(bent) and not model:  # as Gyroflow takes it

@@ -25,10 +25,15 @@ _BY_BEGINNING = (
         "save('c.mat', 's', '-v7')",
     ),
     (
+        rb"# INTERNAL CAMERA PARAMETERS|ParGroup: Cam|Pix4D camera calibration|# Bundle file",
+        "is of HALCON, Pix4D or Bundler, whose numbers are not in OpenCV's terms; calibrate with dockpose calibrate",
+    ),
+    (
         rb"[\s\[]{0,9}[-+.\d][-+\d.eE,;\s\[\]]*$",
         f"holds numbers without names, such as a matrix alone, without its lens; {_BOTH}",
     ),
 )
+_NORMAL = "is of OpenSfM, whose numbers are shares of the width; bring cameras.txt, by opensfm export_colmap"
 # Keys that tell a program, anywhere in its file.
 _BY_KEYS = (
     (
@@ -39,10 +44,9 @@ _BY_KEYS = (
         {"calibrationinformation"},
         "is of an Azure Kinect, whose numbers are shares of the width; bring the camera_info of its ROS driver",
     ),
-    (
-        {"projectiontype", "focal"},
-        "is of OpenSfM, whose numbers are shares of the width; bring cameras.txt, by opensfm export_colmap",
-    ),
+    ({"projectiontype", "focal"}, _NORMAL),
+    ({"projectiontype", "focalx"}, _NORMAL),
+    ({"sfmdataversion"}, "is a scene of OpenMVG; bring cameras.txt, by openMVG_main_openMVG2Colmap"),
     ({"mappingcoefficients"}, "is MATLAB's fisheye model, which is not read; calibrate with dockpose calibrate"),
     (
         {"cameraanglex", "frames"},

@@ -363,6 +363,48 @@ FORMS = {
         json.dumps(GYROFLOW | {"fisheye_params": {"camera_matrix": K.tolist(), "distortion_coeffs": [0] * 4}}),
         pinhole(),
     ),
+    "Gyroflow, old": (
+        json.dumps(GYROFLOW | {"use_opencv_fisheye": True, "use_opencv_standard": False, "calib_params": {}}),
+        fisheye(),
+    ),
+    "KITTI": (
+        f"corner_dist: 9.95e-02\nS_00: 6.4e+02 4.8e+02\nK_00: {' '.join(map(str, K.ravel()))}\n"
+        f"D_00: {' '.join(map(str, FIVE))}\nS_rect_00: 6.2e+02 3.7e+02\n",
+        pinhole(FIVE),
+    ),
+    "EasyMocap": (json.dumps({"K_01": K.tolist(), "D_01": FIVE, "W_01": WIDTH, "H_01": HEIGHT}), pinhole(FIVE)),
+    "PhotonVision": (
+        json.dumps(
+            {
+                "resolution": SIZE,
+                "cameraIntrinsics": {"rows": 3, "cols": 3, "data": K.ravel().tolist()},
+                "distCoeffs": {"rows": 1, "cols": 5, "data": FIVE},
+                "calobjectSize": {"width": 7.0, "height": 7.0},
+            }
+        ),
+        pinhole(FIVE),
+    ),
+    "WPILib": (
+        json.dumps(OTHER | {"distortion_coefficients": EIGHT, "distortion_coefficients_rows": 8}),
+        pinhole(EIGHT),
+    ),
+    "RealSense, numbered": (
+        json.dumps(SIZE | {"fx": FX, "fy": FY, "ppx": CX, "ppy": CY, "model": 5, "coeffs": [*BENT, 0]}),
+        fisheye(),
+    ),
+    "Theia": (
+        json.dumps(BY_NAME | SIZE | {"radial_distortion_coeffs": BENT, "camera_intrinsics_type": "FISHEYE"}),
+        fisheye(),
+    ),
+    "lengths beside the lens": (
+        json.dumps(OTHER | {"dist": FIVE, "min_dist": 30.5, "mapping": {"baseline_dist_thr_ratio": 0.02}}),
+        pinhole(FIVE),
+    ),
+    "a node's parameters": (
+        json.dumps(IMAGE | {"camera_matrix": {"data": K.ravel().tolist()}, "distortion_coefficients": {"data": FIVE}}),
+        pinhole(FIVE),
+    ),
+    "of PowerShell": (ECHO.encode("utf-16"), pinhole(EIGHT)),
     "mrcal": (
         f"{{\n  'lensmodel': 'LENSMODEL_OPENCV8',\n\n  # a comment\n  'intrinsics': {[FX, FY, CX, CY, *EIGHT]},\n"
         f"  'extrinsics': [0, 0, 0, 1.5, 0, 0],\n  'imagersize': [{WIDTH}, {HEIGHT}],\n}}\n",
@@ -677,7 +719,16 @@ def test_the_region_of_a_sensor_is_taken_off(write):
         ("<opencv_storage><a>", "not valid XML"),
         ("<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>", "defines entities"),
         ("<calibrations/>", "not a camera file"),
-        ("{" * 100000, "not valid YAML"),
+        ("{" * 100000, "not valid JSON"),
+        ('{\n\t"fx": 1,\n}', "not valid JSON .*line 3"),
+        ("a: b: c", "not valid YAML, line 1 .*, and no other kind of camera file"),
+        (json.dumps(GYROFLOW | {"use_opencv_standard": True}), "take a profile with use_opencv_fisheye"),
+        (json.dumps(OTHER | {"D": FIVE, "distortion_model": 3}), "distortion_model is 'number 3', which is not read"),
+        (json.dumps(BY_NAME | SIZE | {"ppx": CX, "coeffs": FIVE, "model": 2}), "inverse Brown Conrady has none"),
+        (json.dumps(OTHER | {"cam_dist": FIVE}), "its cam_dist is not read"),
+        ("Pix4D camera calibration file 0\nF 4.9\n", "is of HALCON, Pix4D or Bundler"),
+        ('{"sfm_data_version": "0.3", "views": []}', "bring cameras.txt, by openMVG_main_openMVG2Colmap"),
+        (json.dumps({"v2": {"projection_type": "brown", "focal_x": 1.1}}), "is of OpenSfM"),
         ("[" * 100000, "nested too deeply|not valid YAML"),
         (b"PK\x03\x04junk", "damaged archive"),
         (b"MATLAB 7.3 MAT-file, Platform: GLNXA64", "save a struct, as of toStruct, with -v7"),

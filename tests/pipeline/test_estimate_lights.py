@@ -115,6 +115,7 @@ def test_a_ring_that_another_camera_saw_is_found_and_names_its_focal_length(time
         pose, other = found.candidates  # the nearer side shows whatever the camera is
         assert found.choice.decided
         assert (pose.normal - other.normal) @ -rotation_from_angles(0.7, -0.6)[:, 2] > 0
+        assert pose.sigma_total_position_m is not None
         assert pose.sigma_total_position_m[2] > 0.5 * pose.position_m[2]  # half of its range comes of the camera file
 
 

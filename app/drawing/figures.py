@@ -55,6 +55,7 @@ def _saved(figure: "Figure", kind: str, metadata: dict[str, Any], more: dict[str
 WIDTH_IN, HIGHEST_IN = 6.5, 8.0
 _LINE_IN, _MARGIN_IN = 0.17, 0.12
 _POINTS_PER_IN = 72.0
+_FINEST_POINTS = 1.2  # of a line, so that it is seen in print, however large the picture was
 _LETTER = 24.0  # height of a font in units of the canvas at size 1
 
 
@@ -95,7 +96,7 @@ class _Vectors(Canvas):
         self._axes, self._points = axes, points_per_px * self.unit
 
     def polyline(self, points: np.ndarray, colour: str, width: float = 1.0) -> None:
-        self._axes.plot(*points.T, color=colour, linewidth=width * self._points)
+        self._axes.plot(*points.T, color=colour, linewidth=max(_FINEST_POINTS, width * self._points))
 
     def circle(self, centre: Point, radius: float, colour: str, *, filled: bool = False) -> None:
         inside = colour if filled else "none"

@@ -215,7 +215,7 @@ def test_a_stream_of_h264_is_kept_as_it_was_sent_with_the_senders_times(tmp_path
     sender.start()
     while not port_of:
         time.sleep(0.01)
-    frames = open_frames(f"tcp://127.0.0.1:{port_of[0]}", timeout_s=5)
+    frames = open_frames(f"tcp://127.0.0.1:{port_of[0]}", timeout_s=60)
     assert isinstance(frames, Live)
     arrived, kept = record_live(tmp_path / "tank.mkv", frames, 60)
     stop.set()

@@ -253,7 +253,7 @@ def test_a_stream_with_a_clock_has_its_times(tmp_path):
     thread.start()
     times_s = []
     try:
-        with open_frames(f"http://127.0.0.1:{server.server_port}/live.ts", timeout_s=5) as frames:
+        with open_frames(f"http://127.0.0.1:{server.server_port}/live.ts", timeout_s=60) as frames:
             assert frames.is_live
             limit = threading.Timer(20.0, frames.close)  # ends the iteration
             limit.start()

@@ -134,7 +134,7 @@ docs: $(VENV)/.docs
 
 # From a clone to the pose in a picture of one's own, as the README says, in a fresh environment.
 newcomer: $(VENV)/.test
-	$(BIN)/python -m pytest tests/bench/bench_newcomer.py -s -o python_files='bench_*.py'
+	$(BIN)/python -m pytest tests/bench/bench_newcomer.py -s -o python_files='bench_*.py' -o faulthandler_timeout=0
 
 # The licences of all that is brought along, and their versions for pip-audit.
 licences: $(VENV)/.installed

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
-from dockpose.checks import check_number, check_one_of, check_whole, make_plain
+from dockpose.checks import check_number, check_whole, make_plain
 
-LIGHT_COLOURS = ("white", "red", "green", "blue")
 _CLOSEST_DEG = 0.5  # two lights closer together than this are the same
 Vector = tuple[float, float, float]
 _NOT_GIVEN = float("nan")
@@ -77,7 +76,7 @@ class Dock(
     msgspec.Struct,
     frozen=True,
     forbid_unknown_fields=True,
-    rename={"diameter": "diameter_m", "_rings": "rings"},
+    rename={"diameter": "diameter_m", "_rings": "rings", "_colours": "colours"},
     repr_omit_defaults=True,
 ):
     """A ring of lights.
@@ -90,8 +89,6 @@ class Dock(
         Number of lights, at least 3; None where it is not known.
     angles_deg : tuple of float, degrees
         Angle of each light around the ring, see :meth:`light_points`; empty where they are evenly spaced.
-    colours : tuple of str
-        Colour of each light, names in ``LIGHT_COLOURS``; empty where all are alike.
     offsets_m : tuple of (float, float, float), metres
         How far each light is from its place on the circle, along the dock's x, y and z; empty where all are in place.
         ``dockpose learn-dock`` finds them.
@@ -111,9 +108,9 @@ class Dock(
     Raises
     ------
     ValueError
-        If the diameter is not a positive number, there are fewer than 3 lights, the number of angles, colours or
-        offsets differs from that of the lights, two angles are the same, a colour is unknown, or an offset or the
-        lamps' depth is as large as the radius, or an entrance is off the axis of a dock of unknown lights.
+        If the diameter is not a positive number, there are fewer than 3 lights, the number of angles or
+        offsets differs from that of the lights, two angles are the same, an offset or the lamps' depth is as large as
+        the radius, or an entrance is off the axis of a dock of unknown lights.
 
     Examples
     --------
@@ -128,14 +125,15 @@ class Dock(
     diameter: float = _NOT_GIVEN
     lights: int | None = None
     angles_deg: tuple[float, ...] = ()
-    colours: tuple[str, ...] = ()
     offsets_m: tuple[Vector, ...] = ()
     diameter_sigma_m: float | None = None
     lights_sigma_m: float | None = None
     lamp_depth_m: float = 0.0
     lamp_depth_sigma_m: float = 0.0
     entrance: Entrance | None = None
-    _rings: Any = msgspec.UNSET  # in files of version 0.3, which had docks of several rings; empty of one
+    # In files of versions that had docks of several rings, or told lights apart by their colours; empty of others.
+    _rings: Any = msgspec.UNSET
+    _colours: Any = msgspec.UNSET
 
     if TYPE_CHECKING:  # what is taken is more than what is kept
 
@@ -144,7 +142,6 @@ class Dock(
             diameter: float = _NOT_GIVEN,
             lights: int | None = None,
             angles_deg: Sequence[float] | np.ndarray = (),
-            colours: Sequence[str] = (),
             offsets_m: Sequence[Sequence[float]] | np.ndarray = (),
             diameter_sigma_m: float | None = None,
             lights_sigma_m: float | None = None,
@@ -156,16 +153,19 @@ class Dock(
     def __post_init__(self) -> None:
         if self._rings:
             raise ValueError("rings is given; a dock has one ring: give its diameter_m and lights instead")
-        msgspec.structs.force_setattr(self, "_rings", msgspec.UNSET)
+        if self._colours:
+            raise ValueError("colours is given; lights are told apart by their places alone: leave colours out")
+        for name in ("_rings", "_colours"):
+            msgspec.structs.force_setattr(self, name, msgspec.UNSET)
         make_plain(self)
         if self.diameter is _NOT_GIVEN:
             raise ValueError("diameter_m is missing; it must be the diameter of the circle through the lights")
         check_number("diameter", self.diameter, above=0)
-        if self.lights is None and (self.angles_deg or self.colours or self.offsets_m):
-            msgspec.structs.force_setattr(self, "lights", len(self.angles_deg or self.colours or self.offsets_m))
+        if self.lights is None and (self.angles_deg or self.offsets_m):
+            msgspec.structs.force_setattr(self, "lights", len(self.angles_deg or self.offsets_m))
         if self.lights is not None:
             check_whole("lights", self.lights, least=3)
-        for name in ("angles_deg", "colours", "offsets_m"):
+        for name in ("angles_deg", "offsets_m"):
             if len(getattr(self, name)) not in (0, self.lights):
                 raise ValueError(f"{name} has {len(getattr(self, name))} values; the dock has {self.lights} lights")
         self._check_angles()
@@ -174,8 +174,6 @@ class Dock(
                 check_number(f"offsets_m[{index}]", value)
             if not math.hypot(*offset) < self.radius:
                 raise ValueError(f"offsets_m[{index}] is {list(offset)}; it must be below the radius, {self.radius:g}")
-        for index, colour in enumerate(self.colours):
-            check_one_of(f"colours[{index}]", colour, LIGHT_COLOURS)
         check_number("lamp_depth_m", self.lamp_depth_m)
         if not abs(self.lamp_depth_m) < self.radius:
             raise ValueError(f"lamp_depth_m is {self.lamp_depth_m:g}; it must be below the radius, {self.radius:g}")

@@ -40,8 +40,7 @@ def estimate_sequence(
         from dockpose.app.commands.progress import FrameProgress  # loads rich, which single pictures need not
 
         progress = files.enter_context(FrameProgress(source.name))
-        is_grey = source.dock is None or not source.dock.colours
-        frames = files.enter_context(source.open(progress.tell, grey=is_grey))
+        frames = files.enter_context(source.open(progress.tell, grey=True))
         progress.total = frames.count
         recording = None
         if isinstance(frames, Live):

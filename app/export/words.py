@@ -34,7 +34,6 @@ _ADVICE = {
 }
 _WHY = {
     "spacing": "On its ring the lights are more evenly spaced, as they are on the dock.",
-    "colours": "On its ring the lights' colours are in the dock's order.",
     "none": "The lights do not tell which of the two is right; this one is listed first by chance.",
     "tracking": "The earlier frames support it (tab Source).",
     "hand": "You chose it by hand.",

@@ -196,7 +196,7 @@ def _opened(work: SequenceWork) -> tuple[Frames, list[str]]:
         source = replace(source, paths=tuple(folder / path for path in source.paths))
     else:
         source = replace(source, source=str(folder / source.source))
-    return source.open(messages.append, grey=not work.dock.colours), messages
+    return source.open(messages.append, grey=True), messages
 
 
 def _leave_interrupts() -> None:

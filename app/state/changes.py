@@ -35,9 +35,8 @@ def with_angles(view: View, text: Any) -> View:
             f"There {'is 1 light angle' if len(angles) == 1 else f'are {len(angles)} light angles'}; a dock has "
             f"{LEAST_LIGHTS} to {MAX_LIGHTS} lights."
         )
-    colours = dock.colours if len(dock.colours) == len(angles) else ()
     offsets_m = dock.offsets_m if len(dock.offsets_m) == len(angles) else ()
-    dock = changed(dock, lights=len(angles), angles_deg=angles, colours=colours, offsets_m=offsets_m)
+    dock = changed(dock, lights=len(angles), angles_deg=angles, offsets_m=offsets_m)
     return replace(view, dock=dock)
 
 
@@ -51,8 +50,6 @@ def dropped_sentence(before: Dock, after: Dock) -> str:
     parts = []
     if before.angles_deg and not after.angles_deg:
         parts.append(f"the {len(before.angles_deg)} angles, so the lights are taken to be evenly spaced")
-    if before.colours and not after.colours:
-        parts.append(f"the {len(before.colours)} colours, so the lights are taken to be all alike")
     if before.offsets_m and not after.offsets_m:
         parts.append(f"the {len(before.offsets_m)} measured places, so the lights are taken to be on the circle")
     if not parts:

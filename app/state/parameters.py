@@ -134,7 +134,7 @@ def _coefficient(index: int, usual: float) -> dict[str, Any]:
 def _with_lights(number: float, dock: Dock) -> Dock:
     """Another number of lights, 0 for unknown; what was given light by light is dropped."""
     lights = None if number == 0 else max(round(number), LEAST_LIGHTS)
-    return dock if lights == dock.lights else changed(dock, lights=lights, angles_deg=(), colours=(), offsets_m=())
+    return dock if lights == dock.lights else changed(dock, lights=lights, angles_deg=(), offsets_m=())
 
 
 def _with_snow(number: float, snow: Snow | None) -> Snow | None:

@@ -109,7 +109,7 @@ def _of_another_number(clear: Found, picture: Picture, camera: Camera, dock: Doc
     """A whole ring of even lights, beyond chance, of another number than the dock's; None where there is none."""
     if dock.lights is None or dock.angles_deg or dock.offsets_m:
         return None
-    free = msgspec.structs.replace(dock, lights=None, colours=())
+    free = msgspec.structs.replace(dock, lights=None)
     found = look(clear, picture, camera, free, settings, "whole")
     if found.status != "ok" or found.log_chance >= NO_CHANCE:
         return None

@@ -14,7 +14,6 @@ from dockpose.camera.tone import linear, linear_level
 from dockpose.dock import Dock
 from dockpose.estimate.found import Found
 from dockpose.estimate.result import Estimate
-from dockpose.lights.colours import tell_colours
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError
 from dockpose.lights.exact import Kind
 from dockpose.lights.markers import Markers, find_markers, with_fitted_centres
@@ -29,7 +28,7 @@ from dockpose.thresholds import Histogram, Threshold
 
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
 LIKELY_RANGE_M = 1.0
-_LIGHTS_OF = attrgetter("lights", "angles_deg", "colours", "offsets_m")
+_LIGHTS_OF = attrgetter("lights", "angles_deg", "offsets_m")
 
 
 @dataclass(frozen=True)
@@ -172,12 +171,8 @@ def _ring_of(like: Estimate, camera: Camera, dock: Dock) -> Ring | None:
 def _judged(
     ring: Ring, picture: Picture, markers: Markers, camera: Camera, dock: Dock
 ) -> tuple[Ellipse, Choice, float, str | None]:
-    """Ellipse, poses, log of the chance and why a ring is no dock, by its lights' colours where the dock has any."""
-    labels: list[str | None] | None = None
-    if dock.colours:
-        points_px = markers.points_px[ring.on_ring] - picture.part[:2]
-        labels = tell_colours(picture.image, points_px, markers.areas_px[ring.on_ring])
-    ellipse, choice, log_chance, reason = judged(ring, markers, camera, dock, picture.area_px2, labels)
+    """Ellipse, poses, log of the chance and why a ring is no dock."""
+    ellipse, choice, log_chance, reason = judged(ring, markers, camera, dock, picture.area_px2)
     pose = choice.candidates[choice.selected]
     # Of another diameter the same lights were looked at before.
     is_known = picture.like is not None and picture.like.status == "ok" and ring is picture.like.ring

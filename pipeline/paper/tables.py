@@ -14,7 +14,7 @@ from dockpose.estimate import Estimate, estimate
 from dockpose.paper.scenes import CAMERA, DIAMETER_M
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.pnp import NoPoseError, solve
-from dockpose.simulate import Pose, Scene, Sensor, Truth, render
+from dockpose.simulate import Lights, Pose, Scene, Sensor, Truth, render
 from dockpose.study.judge import nearest
 
 COLUMNS = ("x (cm)", "y (cm)", "z (cm)", "theta x (deg)", "theta y (deg)")
@@ -37,14 +37,14 @@ class Table:
 
     @property
     def dock(self) -> Dock:
-        """Ten white lights, or twelve of which four are coloured in Table 4."""
-        return Dock(DIAMETER_M, self.lights) if self.epnp is None else coded_dock(DIAMETER_M)
+        """Ten lights, or twelve in Table 4."""
+        return Dock(DIAMETER_M, self.lights)
 
-
-def coded_dock(diameter: float) -> Dock:
-    """The colour-coded dock of Table 4: 12 lights, white but for two red and two blue; no turn looks the same."""
-    colours = {0: "red", 3: "red", 6: "blue", 9: "blue"}
-    return Dock(diameter, colours=tuple(colours.get(light, "white") for light in range(12)))
+    @property
+    def colours(self) -> tuple[str, ...]:
+        """Of each light in Table 4, white but for two red and two blue; empty in the others, where all are white."""
+        colours = {0: "red", 3: "red", 6: "blue", 9: "blue"}
+        return () if self.epnp is None else tuple(colours.get(light, "white") for light in range(self.lights))
 
 
 def _read(name: str, lights: int) -> Table:
@@ -59,23 +59,30 @@ TABLES = {name: _read(name, lights) for name, lights in (("2", 10), ("3", 10), (
 
 
 def tank_picture(
-    row: np.ndarray, dock: Dock, key: list[int], camera: Camera = CAMERA, **sensor: Any
+    row: np.ndarray,
+    dock: Dock,
+    key: list[int],
+    camera: Camera = CAMERA,
+    colours: tuple[str, ...] = (),
+    **sensor: Any,
 ) -> tuple[Estimate, Truth]:
     """What is found in a picture of the dock at a pose (5,) of the tables in the tank's water, and the truth."""
     rng = np.random.default_rng(key)
     x, y, z = (row[:3] / 100).tolist()
     attitude = dict(zip(("theta_x_deg", "theta_y_deg"), row[3:].tolist(), strict=True))
     pose = Pose(position_m=(x, y, z), **attitude, roll_deg=rng.uniform(0, 360))
-    how = Sensor(colour="bgr" if dock.colours else "grey", **sensor)
-    image, truth = render(Scene(camera=camera, dock=dock, pose=pose, sensor=how, seed=int(rng.integers(1 << 30))))
+    how = Sensor(colour="bgr" if colours else "grey", **sensor)
+    lights, seed = Lights(colours=colours), int(rng.integers(1 << 30))
+    image, truth = render(Scene(camera=camera, dock=dock, pose=pose, lights=lights, sensor=how, seed=seed))
     return estimate(image, camera, dock), truth
 
 
 def reproduced(name: str, seed: int) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """For each pose of a table, of ``DRAWS`` pictures: our estimates and EPnP's (DRAWS, 5), and where ours is right."""
-    for number, row in enumerate(TABLES[name].measured):
+    table = TABLES[name]
+    for number, row in enumerate(table.measured):
         keys = ([seed, 3, int(name), number, draw] for draw in range(DRAWS))
-        pictures = [tank_picture(row, TABLES[name].dock, key) for key in keys]
+        pictures = [tank_picture(row, table.dock, key, colours=table.colours) for key in keys]
         # EPnP has the lights that the pipeline found and numbered; right is who chose the nearer of both poses.
         right = [bool(f.candidates) and f.selected is nearest(f.candidates, truth.normal) for f, truth in pictures]
         ours = [numbers_of(found.selected) for found, _ in pictures]

@@ -1,4 +1,4 @@
-"""The choice between the two poses of a dock: by which light each point is on each, from spacing and colours."""
+"""The choice between the two poses of a dock: by which light each point is on each, from spacing."""
 
 import math
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ class Choice:
         The two poses with their probabilities, reprojection errors and uncertainties.
     selected : int
         Index of the chosen one.
-    selected_by : {"spacing", "colours", "none"}
+    selected_by : {"spacing", "none"}
         What decided; "none" where nothing tells them apart.
     lights : (N,) int array or None
         Number of the light that each point is, counted around the ring; None where it is not known.
@@ -73,7 +73,6 @@ def choose_by_spacing(
     points_px: np.ndarray,
     camera: Camera,
     dock: Dock,
-    labels: Sequence[str | None] | None = None,
     covariances_px2: np.ndarray | None = None,
 ) -> Choice | None:
     """Refine both candidates, and choose the one on which lights at points (N, 2) are spaced as they should be.
@@ -83,7 +82,7 @@ def choose_by_spacing(
     rays = light_rays(points_px, camera, float(poses[0].position_m[2]))
     R = np.array([pose.rotation for pose in poses])
     t = np.array([pose.position_m for pose in poses])
-    placement = place(angles_on_planes(rays, R, t), dock, labels)
+    placement = place(angles_on_planes(rays, R, t), dock)
     if not any(placement.fits):
         return None
     fit = refine(R, t, placement.angles_rad, dock.radius, rays)
@@ -103,10 +102,9 @@ def choose_by_spacing(
     squares = np.where(fits, squares, np.maximum(squares, _NO_CHANCE * (squares[fits].min() + 1.0))).tolist()
     floor_px = max(least_px, LEAST_PX) if least_px else 0.0
     first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], fit.numbers, floor_px)))
-    by = "colours" if labels is not None and dock.colours and any(labels) else "spacing"
     if not dock.offsets_m and min(squares) > fit.points * _PLACED_PX**2:
         fit = _apart(_slid(fit, placement, dock, rays), R, t, placement, dock, rays)
-    return choice_of(fit, [first, 1 - first], placement, by, camera, dock, rays, least_px)
+    return choice_of(fit, [first, 1 - first], placement, "spacing", camera, dock, rays, least_px)
 
 
 def choose_by_side(

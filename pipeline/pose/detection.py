@@ -1,7 +1,6 @@
 """Whether what was found is a dock at all: where its lights lie on the refined pose, against what chance would make."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 
 import msgspec
@@ -37,11 +36,10 @@ def judged(
     camera: Camera,
     dock: Dock,
     area_px2: float,
-    labels: Sequence[str | None] | None = None,
 ) -> tuple[Ellipse, Choice, float, str | None]:
     """Return a ring's ellipse, poses, log of its chance, and why it is no dock; NoEllipseError where it has no pose."""
     lights = markers.part(ring.on_ring)
-    ellipse, choice = find_poses(lights.points_px, camera, dock, labels, ring.ellipse, lights.covariances_px2)
+    ellipse, choice = find_poses(lights.points_px, camera, dock, ring.ellipse, lights.covariances_px2)
     other = None if ring.focal_px is None or ring.lights is None else (ring.focal_px, ring.lights)
     if other is not None:  # the spacing would only tell how wrong the camera is
         dock = msgspec.structs.replace(dock, lights=None)

@@ -12,7 +12,7 @@ from dockpose.pose.circle import CirclePose, rotation_from_angles
 
 def upright_roll_rad(pose: CirclePose, dock: Dock) -> float:
     """Roll of a dock; of those that lights alike cannot tell apart the smallest, as of a dock that stands upright."""
-    is_known = dock.lights is None or bool(dock.angles_deg or dock.colours or dock.offsets_m)
+    is_known = dock.lights is None or bool(dock.angles_deg or dock.offsets_m)
     period = 2 * math.pi if is_known else 2 * math.pi / (dock.lights or 1)
     return math.remainder(pose.roll_rad or 0.0, period)
 

@@ -1,7 +1,6 @@
-"""Which of a dock's lights points around a ring are, by spacing and colours."""
+"""Which of a dock's lights points around a ring are, by their spacing."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +11,7 @@ from dockpose.dock import Dock
 # order says which each is.
 _IN_ORDER_WITHIN = 0.3
 WITHIN = 0.25  # of the mean spacing: points farther than this from every light are not the dock's
-_WORTH = 1.0  # penalty for a wrong colour, in squared mean spacings: more than the largest allowed offset
+_WORTH = 1.0  # penalty for a light that two points are, in squared mean spacings: more than the largest allowed offset
 
 
 @dataclass(frozen=True)
@@ -26,22 +25,16 @@ class Placement:
     period_rad: float  # the roll is known modulo this
 
 
-def place(points_rad: np.ndarray, dock: Dock, labels: Sequence[str | None] | None = None) -> Placement:
+def place(points_rad: np.ndarray, dock: Dock) -> Placement:
     """Find the lights that points at angles (K, N) around the ring are, on each of K candidates."""
-    coloured = bool(dock.colours) and labels is not None and any(label is not None for label in labels)
-    if not coloured and not dock.angles_deg:
+    if not dock.angles_deg:
         count = dock.lights or points_rad.shape[1]
         lights, rolls, angles, fits = _on_even_ring(points_rad, count, dock.lights == points_rad.shape[1])
         return Placement(lights, rolls, angles, fits.tolist(), 2 * math.pi / count)
     known = dock.light_angles_rad()
-    wrong = np.zeros((points_rad.shape[1], len(known)))  # whether point i cannot be light j, as its colour differs
-    if coloured:
-        wrong[:] = [[label is not None and label != colour for colour in dock.colours] for label in labels or ()]
-    placed, rolls, fits = zip(*(_place_known(row, known, wrong) for row in points_rad), strict=True)
+    placed, rolls, fits = zip(*(_place_known(row, known) for row in points_rad), strict=True)
     lights, rolls = np.array(placed), np.array(rolls)
-    even = not dock.angles_deg and not coloured
-    period = 2 * math.pi / len(known) if even else 2 * math.pi
-    return Placement(lights, rolls, known[lights] + rolls[:, None], list(fits), period)
+    return Placement(lights, rolls, known[lights] + rolls[:, None], list(fits), 2 * math.pi)
 
 
 @compiled
@@ -92,7 +85,7 @@ def _in_order(points: np.ndarray, lights: np.ndarray, angles: np.ndarray) -> flo
     return roll
 
 
-def _place_known(points_rad: np.ndarray, known_rad: np.ndarray, wrong: np.ndarray) -> tuple[np.ndarray, float, bool]:
+def _place_known(points_rad: np.ndarray, known_rad: np.ndarray) -> tuple[np.ndarray, float, bool]:
     """Lights (N,), roll, and whether they fit: the best of all rolls that bring some light to the first point."""
     step = 2 * math.pi / len(known_rad)
     rolls = points_rad[0] - known_rad
@@ -104,9 +97,8 @@ def _place_known(points_rad: np.ndarray, known_rad: np.ndarray, wrong: np.ndarra
     # The roll contains the first point's own error: remove it before judging.
     shift = nearest.mean(axis=1)
     squares = ((nearest - shift[:, None]) ** 2).sum(axis=1) / step**2
-    mismatch = wrong[column, lights].sum(axis=1)
     repeated = np.array([len(points_rad) - len(set(each)) for each in lights.tolist()])
-    best = int(np.argmin(squares + _WORTH * (mismatch + repeated)))
+    best = int(np.argmin(squares + _WORTH * repeated))
     apart = np.abs(nearest[best] - shift[best]).max()
-    fits = bool(apart < WITHIN * step and mismatch[best] == 0 and repeated[best] == 0)
+    fits = bool(apart < WITHIN * step and repeated[best] == 0)
     return lights[best], float(rolls[best] + shift[best]), fits

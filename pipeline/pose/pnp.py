@@ -21,17 +21,6 @@ class NoPoseError(ValueError):
     """The lights do not determine a pose; the text says why."""
 
 
-def peer_poses(points_px: Any, lights: np.ndarray, camera: Camera, dock: Dock) -> dict[str, CirclePose | str]:
-    """Pose by each method, under the method's usual name, or a sentence why there is none; see :func:`solve`."""
-    poses: dict[str, CirclePose | str] = {}
-    for method, name in NAMES.items():
-        try:
-            poses[name] = solve(points_px, lights, camera, dock, method)
-        except NoPoseError as error:
-            poses[name] = str(error)
-    return poses
-
-
 def solve(points_px: Any, lights: Sequence[int] | np.ndarray, camera: Camera, dock: Dock, method: str) -> CirclePose:
     """Find the pose of a dock from lights whose numbers are known, as OpenCV's ``solvePnP`` does."""
     if method not in METHODS:

@@ -34,7 +34,7 @@ def other_focal_px(
     is_placed = choice.lights is not None
     if count * 2 <= _NUMBERS or (is_placed and own_px < max(_IN_PLACE_PX, 2 * ellipse.rms_px)):
         return None
-    if dock.angles_deg or dock.offsets_m or dock.colours:
+    if dock.angles_deg or dock.offsets_m:
         return None
     # A number that was taken by this camera may be wrong as well, where lights are that far off their places by it.
     is_doubtful = own_px > _DOUBTFUL * max(ellipse.rms_px, LEAST_PX)

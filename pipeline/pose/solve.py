@@ -25,7 +25,6 @@ def find_poses(
     points_px: ArrayLike,
     camera: Camera,
     dock: Dock,
-    labels: Sequence[str | None] | None = None,
     ellipse: Ellipse | None = None,
     covariances_px2: np.ndarray | None = None,
 ) -> tuple[Ellipse, Choice]:
@@ -39,8 +38,6 @@ def find_poses(
         The camera that took it.
     dock : Dock
         Its diameter, and its lights where they are known.
-    labels : sequence of str or None, optional
-        Colour of each point; None where it is unknown.
     ellipse : Ellipse, optional
         The ellipse through the lights, where it is known already.
     covariances_px2 : (N, 2, 2) array, optional
@@ -68,7 +65,7 @@ def find_poses(
         seen = (pose.position_m + circle) @ camera.matrix.T  # as a pinhole sees it
         return fit_ellipse(seen[:, :2] / seen[:, 2:]), choice
     ellipse, poses = both_poses(points, camera, dock, ellipse)
-    choice = _chosen(poses, points, camera, dock, labels, covariances_px2)
+    choice = _chosen(poses, points, camera, dock, covariances_px2)
     if camera.port is None:
         return ellipse, choice
     chosen = choice.candidates[choice.selected]
@@ -93,13 +90,12 @@ def _chosen(
     points_px: np.ndarray,
     camera: Camera,
     dock: Dock,
-    labels: Sequence[str | None] | None,
     covariances_px2: np.ndarray | None,
 ) -> Choice:
     """The choice between both poses of lights (N, 2), of a known number or any."""
 
     def choose(dock: Dock) -> Choice | None:
-        return choose_by_spacing(poses, points_px, camera, dock, labels, covariances_px2)
+        return choose_by_spacing(poses, points_px, camera, dock, covariances_px2)
 
     choice = choose(dock) if dock.lights is not None else choose_with_number(choose, len(points_px), camera, dock)
     return _finite(choice or choose_by_side(poses, points_px, camera, dock))

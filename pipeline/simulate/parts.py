@@ -81,7 +81,7 @@ class Lights(Part, frozen=True, kw_only=True):
     brightness, size : tuple of float
         Of each light, as a share of ``level`` and ``radius_m``; empty where all are alike.
     colours : tuple of str
-        Colour of each light, names in ``COLOURS``; empty for the dock's own, or white where it has none.
+        Colour of each light, names in ``COLOURS``; empty where all are white.
     angles_deg : tuple of float, degrees
         Angle of each light around the ring; empty for the dock's own. Others than those describe a dock that was not
         built to its drawing.

@@ -102,7 +102,7 @@ class Scene(parts.Part, frozen=True, kw_only=True):
     @property
     def light_colours(self) -> tuple[str, ...]:
         """Name of each light's colour."""
-        return self.lights.colours or self.dock.colours or ("white",) * (self.dock.lights or 0)
+        return self.lights.colours or ("white",) * (self.dock.lights or 0)
 
 
 # The parts that every scene has.

@@ -79,7 +79,7 @@ class Tracked:
     index : int or None
         Place of the final choice among ``estimate.candidates``; None where none of them continues the track.
     selected_by : str or None
-        "tracking" where the track decided; "spacing" or "colours" where the frame decides by itself and the track
+        "tracking" where the track decided; "spacing" where the frame decides by itself and the track
         agrees, or a track begins; None where nothing is selected.
     pose : CirclePose or None
         The selected candidate, or the predicted pose where the frame shows none; None where lost.

@@ -111,7 +111,6 @@ def docks() -> list[bytes]:
         Dock(0.5),
         Dock(0.3, 5, entrance=off_axis),
         Dock(0.3, angles_deg=(0, 80, 170, 260)),
-        Dock(0.3, 3, colours=("red", "green", "blue")),
     )
     with tempfile.TemporaryDirectory() as folder:
         path, written = Path(folder) / "d.yaml", []

@@ -1,4 +1,4 @@
-"""What estimate() makes of lights that are uneven, coloured or behind a port."""
+"""What estimate() makes of lights that are uneven or behind a port."""
 
 # A None where a value is expected fails the test, which is what it should do.
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
@@ -14,9 +14,8 @@ from dockpose import Camera, Dock, estimate
 from dockpose.camera.port import FlatPort
 from dockpose.estimate import stages
 from dockpose.lights.chance import LEAST_PX
-from dockpose.paper.tables import coded_dock
 from dockpose.pose.circle import rotation_from_angles
-from dockpose.simulate import Lights, Sensor, render
+from dockpose.simulate import Lights, render
 
 from tests.support.scenes import CAMERA, random_scene
 
@@ -37,22 +36,6 @@ def test_uneven_lights_tell_the_pose_and_the_whole_roll():
     assert found.choice.decided
     assert angle_deg(found.selected, truth) < 0.5
     assert math.degrees(found.selected.roll_rad) == pytest.approx(130, abs=0.5)
-
-
-def test_coloured_lights_tell_the_whole_roll_in_a_colour_picture():
-    dock = coded_dock(0.30)
-    scene = random_scene(3, dock=dock, **POSE)
-    scene = msgspec.structs.replace(
-        scene, lights=Lights(level=600, colours=dock.colours), sensor=Sensor(colour="bgr"), water=random_scene(1).water
-    )
-    image, truth = render(scene)
-    found = estimate(image, CAMERA, dock)
-    assert found.choice.selected_by == "colours"
-    assert angle_deg(found.selected, truth) < 0.5
-    assert math.degrees(found.selected.roll_rad) == pytest.approx(130, abs=0.5)
-    grey = estimate(image.mean(axis=2).astype(np.uint8), CAMERA, dock)
-    assert grey.choice.selected_by == "spacing"
-    assert math.degrees(grey.selected.roll_rad) == pytest.approx(130 % 30, abs=0.5)
 
 
 def test_a_picture_through_a_flat_port_gives_the_true_range():

@@ -19,7 +19,7 @@ DARK = np.zeros((48, 64), np.uint8)
 def test_lists_arrays_and_paths_are_taken(tmp_path: Path) -> None:
     assert msgspec.structs.replace(CAMERA, distortion=np.zeros(5)).distortion == (0, 0, 0, 0, 0)
     assert Camera(50, 50, 31.5, 23.5, 64, 48, np.zeros(4)).distortion == (0, 0, 0, 0)
-    dock = Dock(0.3, 3, angles_deg=np.array([0.0, 120.0, 240.0]), colours=["red", "green", "blue"])
+    dock = Dock(0.3, 3, angles_deg=np.array([0.0, 120.0, 240.0]))
     assert dock.angles_deg == (0, 120, 240)
     assert Dock(0.3, 3, offsets_m=[[0, 0, 0.01]] * 3) == Dock(0.3, 3, offsets_m=np.array([[0, 0, 0.01]] * 3))
     assert Settings(masks=[[0, 0, 5, 5]]).masks == Settings(masks=np.array([[0, 0, 5, 5]])).masks

@@ -14,12 +14,11 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state import changes as choices
 from dockpose.app.state.parameters import DETECTION
 from dockpose.app.state.view import MeasuredPose, View
-from dockpose.app.web.html import help_link, pose_name, result_cells, row, small, table, wide_row
+from dockpose.app.web.html import help_link, pose_name, row, small, table, wide_row
 from dockpose.app.web.page import Page
 from dockpose.app.web.widgets import Panel, Slider
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose, pose_error
-from dockpose.pose.pnp import peer_poses
 from dockpose.thresholds import LEVELS, METHODS
 
 
@@ -111,32 +110,8 @@ def details_html(found: Estimate) -> str:
     return table("pose-details", columns, rows, note) + words
 
 
-def coloured_peers(found: Estimate) -> dict[str, CirclePose | str]:
-    """Pose by each method that needs to identify the lights; empty if their colours do not."""
-    choice, markers, ring = found.choice, found.markers, found.ring
-    if not found.dock.colours or choice is None or choice.lights is None or markers is None or ring is None:
-        return {}
-    return peer_poses(markers.points_px[ring.on_ring], choice.lights, found.camera, found.dock)
-
-
-def peers_html(found: Estimate) -> str:
-    """EPnP and its peers on coloured lights; empty where the dock has none."""
-    if not found.dock.colours:
-        return ""
-    rows = []
-    for name, pose in coloured_peers(found).items():
-        if isinstance(pose, str):
-            rows.append(wide_row(f"{escape(name)}: {escape(pose)}", 7))
-        else:
-            cells = result_cells(pose)
-            rows.append(row(escape(name), [*cells[:5], cells[6]]))
-    if not rows:
-        rows.append(wide_row("The colours do not tell which light is which.", 7))
-    return table("peers", (*QUANTITIES, "error (px)"), rows, "Point by point, since the lights' colours name them.")
-
-
 def errors_html(analysis: Analysis, name: str) -> str:
-    """How far both candidates and the peers are from the "truth" or the "measured" pose; empty where there is none."""
+    """How far both candidates are from the "truth" or the "measured" pose; empty where there is none."""
     found, known = analysis.estimate, getattr(analysis.view, name)
     if known is None:
         return ""
@@ -144,9 +119,6 @@ def errors_html(analysis: Analysis, name: str) -> str:
     for index, pose in enumerate(found.candidates):
         is_chosen = pose is found.selected
         rows.append(row(pose_name(index, is_chosen), error_cells(pose, known), bold=is_chosen))
-    for peer, pose in coloured_peers(found).items():
-        if not isinstance(pose, str):
-            rows.append(row(escape(peer), error_cells(pose, known)))
     words = ""
     error = pose_error(found.selected, known.pose if isinstance(known, MeasuredPose) else known)
     if error is not None:
@@ -200,7 +172,6 @@ class PosePanel(Panel):
             app.live.place("pose", lambda analysis: details_html(analysis.estimate))
             with_pose = self.changing(self._with_pose, reload=False)
             self._use = self.add("button_group", "use", with_pose, options=("The program's", *POSE_NAMES))
-            app.live.place("peers", lambda analysis: peers_html(analysis.estimate))
             app.live.place("errors", lambda now: errors_html(now, "truth") + errors_html(now, "measured"))
             self.gui.add_html(help_link("pose"))
 

@@ -69,19 +69,12 @@ def test_angles_that_cannot_be_are_refused_in_a_sentence(view, text, words):
     assert str(refused.value).count("\n") == 0
 
 
-def test_colours_stay_as_long_as_there_are_as_many(view):
-    coloured = with_dock(view, colours=("red", "green", "blue"))
-    assert choices.with_angles(coloured, "0, 100, 200").dock.colours == ("red", "green", "blue")
-    assert choices.with_angles(coloured, "0, 100, 200, 300").dock.colours == ()
-
-
 @pytest.mark.parametrize("number", [4, 8, 0])
 def test_another_number_of_lights_drops_what_no_longer_fits_and_says_so(view, number):
-    colours, offsets_m = ("red", "green", "blue"), ((0.01, 0.0, 0.0),) * 3
+    offsets_m = ((0.01, 0.0, 0.0),) * 3
     kept = {"entrance": Entrance(radius_m=0.1), "lamp_depth_m": 0.02, "diameter_sigma_m": 0.001}
     for name, values, word in (
         ("angles_deg", UNEVEN, "7 angles"),
-        ("colours", colours, "3 colours"),
         ("offsets_m", offsets_m, "3 measured places"),
     ):
         before = with_dock(view, **{name: values}, **kept)

@@ -164,22 +164,6 @@ def test_uneven_lights_tell_their_numbers_and_the_whole_roll(turn):
     assert placement.period_rad == pytest.approx(2 * math.pi)
 
 
-def test_one_red_light_breaks_the_symmetry():
-    dock = Dock(0.3, colours=("red", *["white"] * 9))
-    points = np.radians([36.0 * light + 100 for light in range(10)])[None]
-    labels = ["white"] * 10
-    labels[4] = "red"
-    placement = place(points, dock, labels)
-    assert placement.lights[0].tolist() == [(light - 4) % 10 for light in range(10)]
-    assert placement.rolls_rad[0] % (2 * math.pi) == pytest.approx(math.radians(100 + 144))
-
-
-def test_colours_that_cannot_be_told_leave_the_roll_open():
-    dock = Dock(0.3, colours=("red", *["white"] * 9))
-    placement = place(np.radians([36.0 * light for light in range(10)])[None], dock, [None] * 10)
-    assert placement.period_rad == pytest.approx(math.pi / 5)
-
-
 def anywhere(dock, camera, seed, noise_px=0.0):
     """Lights in the picture, and the pose, of a dock anywhere in view."""
     rng = np.random.default_rng(seed)

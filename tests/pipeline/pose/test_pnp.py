@@ -4,14 +4,12 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Dock
-from dockpose.paper.tables import coded_dock
 from dockpose.pose.circle import rotation_from_angles
-from dockpose.pose.pnp import METHODS, NAMES, NoPoseError, peer_poses, solve
-from dockpose.pose.solve import find_poses
+from dockpose.pose.pnp import METHODS, NoPoseError, solve
 
 from tests.support.scenes import CAMERA
 
-DOCK = coded_dock(0.30)
+DOCK = Dock(0.30, 12)
 POSITION, NORMAL = np.array([0.1, -0.08, 1.1]), -rotation_from_angles(0.3, -0.45)[:, 2]
 
 
@@ -47,34 +45,6 @@ def test_most_poses_of_a_complete_ring_are_good(method):
         points = seen(range(12), noise_px=0.1, seed=seed)
         errors.append(np.linalg.norm(solve(points, list(range(12)), CAMERA, DOCK, method).position_m - POSITION))
     assert np.median(errors) < 0.01 * POSITION[2]
-
-
-@pytest.mark.parametrize("which", [range(12), (0, 1, 3, 4, 5, 6, 8, 9, 11), (10, 9, 8, 7, 6, 5, 3, 0)])
-def test_colours_number_the_lights(which):
-    _, choice = find_poses(seen(which), CAMERA, DOCK, [DOCK.colours[light] for light in which])
-    assert choice.selected_by == "colours"
-    assert choice.lights is not None
-    assert choice.lights.tolist() == list(which)
-
-
-def test_one_unknown_colour_does_not_matter_but_all_do():
-    labels: list[str | None] = [*DOCK.colours]
-    labels[3] = None
-    _, choice = find_poses(seen(range(12)), CAMERA, DOCK, labels)
-    assert choice.selected_by == "colours"
-    assert choice.lights is not None
-    assert choice.lights.tolist() == list(range(12))
-    assert find_poses(seen(range(12)), CAMERA, DOCK, [None] * 12)[1].selected_by != "colours"
-
-
-def test_peers_have_a_pose_each_or_say_why_not():
-    poses = peer_poses(seen(range(12)), np.arange(12), CAMERA, DOCK)
-    assert set(poses) == set(NAMES.values())
-    for pose in poses.values():
-        assert not isinstance(pose, str)
-        np.testing.assert_allclose(pose.position_m, POSITION, atol=2e-3)
-    assert set(peer_poses(seen(range(3)), np.arange(3), CAMERA, DOCK)) == set(NAMES.values())
-    assert all("3 points" in str(pose) for pose in peer_poses(seen(range(3)), np.arange(3), CAMERA, DOCK).values())
 
 
 @pytest.mark.parametrize(

@@ -184,7 +184,7 @@ def test_a_light_that_its_covariance_calls_poor_counts_less():
         points[3] += 0.8 * np.array([math.cos(seed), math.sin(seed)])
         poses = circle_poses(fit_ellipse(points), CAMERA, DOCK.diameter)
         for number, each in enumerate((None, known)):
-            pose = candidates_of(poses, points, CAMERA, DOCK, None, each)[0]
+            pose = candidates_of(poses, points, CAMERA, DOCK, each)[0]
             off[number] += np.linalg.norm(pose.position_m - [0.1, -0.05, 1.2])
             told[number] += pose.sigma_position_m[2]
     assert off[1] < 0.3 * off[0]
@@ -201,5 +201,5 @@ def test_lights_out_of_place_are_weighed_alike_and_none_is_better_than_its_pictu
     assert noise == pytest.approx(math.sqrt(2 / (1 / 0.01**2 + 1 / 0.05**2)))
     exact, _, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5)
     poses = circle_poses(fit_ellipse(exact), CAMERA, DOCK.diameter)
-    told = [candidates_of(poses, exact, CAMERA, DOCK, None, scale * known)[0] for scale in (1, 100)]
+    told = [candidates_of(poses, exact, CAMERA, DOCK, scale * known)[0] for scale in (1, 100)]
     assert told[1].sigma_position_m[2] == pytest.approx(10 * told[0].sigma_position_m[2], rel=0.05)

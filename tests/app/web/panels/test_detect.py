@@ -57,11 +57,6 @@ def test_a_method_that_fails_is_named_where_the_level_would_stand(analysis):
     assert detect.threshold_sentence(found).startswith("Threshold method 'broken' failed: ZeroDivisionError")
 
 
-@pytest.fixture(scope="module")
-def coloured(analysis):
-    return analyse(with_sample(analysis.view, "colour_ring"))
-
-
 def test_status_line_is_what_is_always_in_view(analysis):
     line = status_line(replace(analysis.estimate, elapsed_ms=1.26))
     assert line.startswith("10 lights | HATS level ")
@@ -102,16 +97,6 @@ def test_details_have_units_and_deviations(analysis):
     details = detect.details_html(analysis.estimate)
     for words in ("z (cm)", "±", "dock centre (px)", "eccentricity", "reprojection error (px)", "A, chosen"):
         assert words in details
-
-
-def test_peers_agree_on_coloured_lights(coloured, analysis):
-    poses = detect.coloured_peers(coloured.estimate)
-    assert set(poses) == {"EPnP", "IPPE", "SQPnP", "Iterative PnP"}
-    z = coloured.estimate.selected.position_m[2]
-    assert all(not isinstance(pose, str) and abs(pose.position_m[2] - z) < 0.02 * z for pose in poses.values())
-    assert "EPnP" in detect.peers_html(coloured.estimate)
-    assert detect.peers_html(analysis.estimate) == ""
-    assert detect.coloured_peers(analyse(put(coloured.view, "min_area_px", 900)).estimate) == {}
 
 
 def test_errors_against_a_measured_pose(analysis):

@@ -83,10 +83,11 @@ def reproduced(name: str, seed: int) -> Iterator[tuple[np.ndarray, np.ndarray, n
     for number, row in enumerate(table.measured):
         keys = ([seed, 3, int(name), number, draw] for draw in range(DRAWS))
         pictures = [tank_picture(row, table.dock, key, colours=table.colours) for key in keys]
-        # EPnP has the lights that the pipeline found and numbered; right is who chose the nearer of both poses.
+        # EPnP has the lights that the pipeline found, and is told which is which, as colours tell it in the paper;
+        # right is who chose the nearer of both poses.
         right = [bool(f.candidates) and f.selected is nearest(f.candidates, truth.normal) for f, truth in pictures]
         ours = [numbers_of(found.selected) for found, _ in pictures]
-        epnp = [numbers_of(_by_epnp(found)) for found, _ in pictures]
+        epnp = [numbers_of(_by_epnp(found, truth)) for found, truth in pictures]
         yield np.array(ours), np.array(epnp), np.array(right)
 
 
@@ -98,11 +99,12 @@ def numbers_of(pose: CirclePose | None) -> list[float]:
     return [x, y, z, math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad)]
 
 
-def _by_epnp(found: Estimate) -> CirclePose | None:
-    if found.markers is None or found.ring is None or found.choice is None or found.choice.lights is None:
+def _by_epnp(found: Estimate, truth: Truth) -> CirclePose | None:
+    if found.markers is None or found.ring is None:
         return None
     points = found.markers.points_px[found.ring.on_ring]
+    lights = np.linalg.norm(points[:, None] - truth.lights_px, axis=2).argmin(axis=1)
     try:
-        return solve(points, found.choice.lights, found.camera, found.dock, "epnp")
+        return solve(points, lights, found.camera, found.dock, "epnp")
     except NoPoseError:
         return None

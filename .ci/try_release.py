@@ -51,8 +51,7 @@ def _try(file: Path, place: Path) -> None:
     assert run("python", "-m", "dockpose", "--version").strip() == version
     assert "estimate the dock's pose" in run("dockpose", "--help")
     assert run("python", "-c", _NAMES).strip() == "imported"
-    findings = [json.loads(line) for line in run("dockpose", "doctor", "--json", "-").splitlines()]
-    assert not any(one["state"] == "broken" for one in findings), findings
+    assert run("dockpose", "doctor").endswith("nothing is broken\n")  # else its exit status tells
     found = [json.loads(line) for line in run("dockpose", "estimate", "sample_images", "--json", "-").splitlines()]
     assert len(found) > 10, len(found)
     assert all(one["status"] == "ok" for one in found), [one["message"] for one in found]

@@ -1,6 +1,21 @@
 import numpy as np
 import pytest
-from dockpose.lights.chance import Near, cables_of, near_of, squares_apart_px2
+from dockpose.lights.chance import (
+    ALIKE,
+    NO_CABLES,
+    NONE_NEAR,
+    Cables,
+    Fit,
+    Near,
+    Scene,
+    cables_of,
+    log_background,
+    log_chance_ellipses,
+    log_chance_of,
+    log_tube,
+    near_of,
+    squares_apart_px2,
+)
 
 from tests.pipeline.lights.test_ring import lights, ring_of
 
@@ -55,3 +70,104 @@ def test_squares_along_the_rim_and_across_it_do_not_depend_on_the_roll():
     along, across = squares_apart_px2(seen, places_rad, (20.0, 10.0))
     assert along == pytest.approx(8 * 0.1**2 * 200)
     assert across == pytest.approx(8 * 0.2**2 * 200)
+
+
+def test_a_tube_is_as_large_as_the_ball_of_errors_and_the_ways_to_choose_its_lights():
+    alike = (-1.0, -1.0)
+    # Of four lights two errors are left: a disc, of twice the squares twice as large. Of six lights they are six.
+    assert tube(4, 4, squares=9.0) - tube(4, 4, squares=4.5) == pytest.approx(np.log(2))
+    assert tube(6, 6, squares=9.0) - tube(6, 6, squares=4.5) == pytest.approx(3 * np.log(2))
+    # A disc of 1 px is pi; and a ball in six dimensions pi^3 / 6.
+    places = [np.log(2 * np.pi**2 / 3 * count**3 / 4 * 6 * (count - 3)) for count in (4, 6)]
+    assert tube(4, 4, squares=1.0) == pytest.approx(places[0] + np.log(np.pi))
+    assert tube(6, 6, squares=1.0) == pytest.approx(places[1] + np.log(np.pi**3 / 6))
+    # Nobody knows a centre to better than .05 px.
+    assert tube(6, 6, squares=0.0) == pytest.approx(tube(6, 6, squares=6 * 0.05**2))
+    # Six of eight: 28 ways, by eight turns of an even ring; and sizes by the corners beside three.
+    missing = log_tube(6, 8, False, 1.0, alike) - log_tube(6, 6, False, 1.0, alike)
+    assert missing == pytest.approx(np.log(28 * 5 / 3))
+    assert log_tube(6, 8, False, 1.0, alike) - log_tube(6, 8, True, 1.0, alike) == pytest.approx(np.log(8))
+
+
+def tube(count, sides, squares):
+    """Of uneven rings."""
+    return log_tube(count, sides, False, squares, (-1.0, -1.0))
+
+
+def test_lights_off_along_the_rim_but_not_across_it_are_less_likely_to_be_chance():
+    alike = tube(6, 6, 100.0)
+    assert log_tube(6, 6, False, 100.0, (1e4, 1e4)) == pytest.approx(alike)
+    # A ball in five dimensions of squares 100 is 8 pi^2 / 15 x 100^2.5, a line of 2 x .05 px is the least.
+    apart = log_tube(6, 6, False, 100.0, (100.0, 0.0)) - (alike - np.log(np.pi**3 / 6 * 100**3))
+    assert apart == pytest.approx(np.log(2 * 8 * np.pi**2 / 15 * 100**2.5 * 2 * 0.05))
+    # Of four lights no such two kinds can be told.
+    assert log_tube(4, 4, False, 9.0, (9.0, 0.0)) == pytest.approx(tube(4, 4, 9.0))
+
+
+def test_a_background_of_strewn_points_is_as_dense_as_those_around():
+    def four(around=0, bright=0, radius=10.0):
+        return log_background(4, 4, (radius, radius), 1e6, Near(around, 0, bright, 0), NO_CABLES)
+
+    # One point on a disc of twice the radius, four times: (1 / 400 pi)^4, at a million places of the size 10^4.
+    assert four() == pytest.approx(4 * np.log(1 / (400 * np.pi)) + np.log(1e6 * 10**4))
+    assert four(around=2, bright=2) - four() == pytest.approx(4 * np.log(3))
+    # As bright ones are fewer, but are one of eight choices.
+    assert four(around=9, bright=0) - four() == pytest.approx(np.log(8))
+    # No disc is larger than the picture.
+    assert four(radius=1000.0) == pytest.approx(4 * np.log(1e-6) + np.log(1e6 * 1000.0**4))
+    assert log_background(4, 4, (10.0, 0.0), 1e6, NONE_NEAR, NO_CABLES) == np.inf
+
+
+def test_a_crowd_counts_beside_a_narrow_ring_and_a_cable_along_it():
+    # Six lights on an ellipse of 100 x 10: the crowd beside it has 40 000 pi / 10 pixels, with 14 others.
+    beside = log_background(6, 6, (100.0, 10.0), 1e6, Near(14, 14, 14, 14), NO_CABLES)
+    area = 4 * np.pi * 1000
+    expected = 6 * np.log(20 / area) + np.log(area) + 2 * np.log(1000) - np.log(10)
+    assert beside == pytest.approx(expected)
+    # Of six lights of twelve, five hang within a quarter of a step of their places: a step is of pi 4 a b / 12^2 px^2.
+    round_ring = (50.0, 50.0)
+    free = log_background(6, 12, round_ring, 1e6, NONE_NEAR, NO_CABLES)
+    hung = log_background(6, 12, round_ring, 1e6, NONE_NEAR, Cables(np.full(5, 0.25), 1))
+    step = 4 * np.pi * 2500 / 144
+    one = np.log(1 / (4 * np.pi * 2500))
+    assert hung == pytest.approx(
+        one + np.log(0.05) - 5 * np.log(np.pi * 0.25**2 * step) + np.log(1e6 * 50.0**4) - np.log(1e4)
+    )
+    assert hung > free
+
+
+def test_chance_counts_what_there_is_and_what_is_tried():
+    points = np.column_stack([np.cos(np.arange(8) * np.pi / 4), np.sin(np.arange(8) * np.pi / 4)]) * 100
+
+    def chance(count=8, *, numbers=1, squares=1.0, others=0, apart=(-1.0, -1.0)):
+        corners = np.where(np.arange(8) < count, np.arange(8), -1)
+        all_points = np.vstack([points[:count], 1000 + 100 * points[:others]])
+        scene = Scene(all_points, np.ones(len(all_points)), 1e6, 700.0, True, numbers)
+        return log_chance_of(Fit(corners, squares, apart, (100.0, 100.0), (0.0, 0.0)), scene, False)
+
+    plain = log_tube(8, 8, True, 1.0, ALIKE) + log_background(8, 8, (100.0, 100.0), 1e6, NONE_NEAR, NO_CABLES)
+    assert chance() == pytest.approx(plain)
+    # Where nothing else is in view and no light missing, a number is one of two, else one of all that are tried.
+    assert chance(numbers=21) - chance() == pytest.approx(np.log(2))
+    assert chance(others=1, numbers=21) - chance(others=1) == pytest.approx(np.log(21))
+    # Lights off by a tenth of the radius are a dock's only where nothing else is in view.
+    far = 8 * 0.08**2 * 100**2
+    assert chance(squares=far, apart=(far, 0.0)) < np.inf
+    assert chance(squares=far, apart=(far, 0.0), others=1) == np.inf
+    near = 8 * 0.03**2 * 100**2
+    assert chance(squares=near, apart=(near, 0.0), others=1) < np.inf
+    # Inexact lights of an unknown number must be three quarters of a ring.
+    some = 100.0
+    assert chance(5, squares=some / 10, apart=(some / 10, 0.0), numbers=21) == np.inf
+    assert chance(6, squares=some / 10, apart=(some / 10, 0.0), numbers=21) < np.inf
+    assert chance(squares=1e6) == np.inf
+
+
+def test_ellipses_through_points_strewn_at_random():
+    # Six points of six: one choice of five, and one more within two rms both ways of an ellipse 2 pi 50 px long.
+    expected = np.log(6) + np.log(1e-4 * 2 * np.pi * 50 * 4 * 1.0 * np.sqrt(6)) + np.log(6.0)
+    assert log_chance_ellipses(6, 1.0, 50.0, 1e-4, 6) == pytest.approx(expected)
+    more = log_chance_ellipses(8, 1.0, 50.0, 1e-4, 12)
+    beside = 1e-4 * 2 * np.pi * 50 * 4 * np.sqrt(8 / 3)
+    assert more == pytest.approx(np.log(792 * 35 * 6) + 3 * np.log(beside))
+    assert log_chance_ellipses(6, 0.0, 50.0, 1e-4, 6) == log_chance_ellipses(6, 0.05, 50.0, 1e-4, 6)

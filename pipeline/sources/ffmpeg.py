@@ -95,6 +95,11 @@ def video_in(source: str) -> tuple[InputContainer, bool]:
         container.close()
         uncoded = "is a video whose coding cannot be decoded here; convert it to H.264"
         raise SourceError(f"{source}: {uncoded if streams else 'has no video in it'}")
+    codec = best_video(container).codec_context
+    if codec is not None and codec.name == "rawvideo" and str(codec.pix_fmt).startswith("rgb555"):
+        container.close()
+        unclear = "has pictures of 16 bits that are grey or in colours (RGB555), and does not say which"
+        raise SourceError(f"{source}: {unclear}; convert it to FFV1 in MKV")
     return container, Path(source).is_file() and _breaks_off(Path(source), container.format.name.split(","))
 
 

@@ -1,11 +1,15 @@
 """Decoding that gives no picture which a decoder made up, in whole or in part, for what is damaged or lost."""
 
+import contextlib
 from collections import deque
 from collections.abc import Collection
+from typing import Any
 
 import av
+import numpy as np
 from av.error import FFmpegError
-from dockpose.sources.units import Gaps
+from dockpose.sources.ffmpeg import picture_of
+from dockpose.sources.units import Gaps, lengthened
 
 _CODINGS = {"h264", "hevc"}  # whose packets are looked into, and whose decoders begin where pictures are whole
 _BEGIN_ANYWHERE = {
@@ -23,11 +27,25 @@ class Guard:
 
     What a decoder fills gaps with looks good and has lights where they were before, and so have the pictures that are
     predicted from it. Where pictures are coded each by itself, the damaged one alone is left out. Where there are no
-    key frames (intra refresh), a message in the stream says from when on all is whole.
+    key frames (intra refresh), a message in the stream says from when on all is whole. FFmpeg's decoder of H.265 reads
+    on behind the end of a slice that is cut, without a word: where nothing else tells of that (``is_bare``), all is
+    decoded once more with other bytes behind each slice, which change no picture that is whole.
     """
 
-    def __init__(self, context: av.VideoCodecContext, *, is_late: bool = False, damaged: Collection[int] | None = None):
+    def __init__(
+        self,
+        context: av.VideoCodecContext,
+        *,
+        is_late: bool = False,
+        damaged: Collection[int] | None = None,
+        is_bare: bool = False,
+    ):
         self._context, self._damaged = context, damaged
+        self._other: Any = None
+        if is_bare and context.name == "hevc":
+            self._other = av.CodecContext.create("hevc", "r")
+            self._other.thread_count, self._other.flags = 1, context.flags
+        self._others = dict[int | None, np.ndarray]()  # its pictures by their time stamps
         self._is_jpeg, self._is_late, self._was_corrupt = context.name == "mjpeg", is_late, False
         self._gaps = Gaps(context.name, bytes(context.extradata or b"")) if context.name in _CODINGS else None
         self._number = 0  # of packets so far
@@ -58,6 +76,8 @@ class Guard:
             # Of several threads that tell in turn, the others have begun later ones.
             self._bad.append(number + 1 - (self._context.thread_count if self._context.thread_type.value & 1 else 1))
             self.left_out, self.failures, frames = self.left_out + 1, self.failures + 1, []
+        if self._other is not None:
+            self._decode_otherwise(packet, is_end)
         for frame in frames:
             if isinstance(frame, av.VideoFrame):
                 self._take(frame)
@@ -84,9 +104,18 @@ class Guard:
         """Note that a packet is missing before the next one."""
         self._bad.append(self._number)
 
+    def _decode_otherwise(self, packet: av.Packet | None, is_end: bool) -> None:
+        other = None
+        if packet is not None and not is_end:
+            other = av.Packet(lengthened(bytes(packet)))
+            other.pts, other.dts = packet.pts, packet.dts
+        with contextlib.suppress(FFmpegError):
+            self._others |= {frame.pts: picture_of(frame, grey=True) for frame in self._other.decode(other)}
+
     def _take(self, frame: av.VideoFrame) -> None:
         number = self._numbers.pop(frame.pts, self._number - 1)
-        if frame.is_corrupt:
+        is_same = self._other is None or np.array_equal(self._others.pop(frame.pts, 0), picture_of(frame, grey=True))
+        if frame.is_corrupt or not is_same:
             self._bad.append(number)
         if self._recovering is not None and number >= self._recovering[1]:
             self._since, self._recovering = max(self._since or 0, self._recovering[0]), None

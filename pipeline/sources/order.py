@@ -29,8 +29,9 @@ class Order:
 
 def order_of(container: InputContainer, stream: av.VideoStream) -> Order:
     """Read all packets of a video, as far as they can be read."""
-    shown, sent = array("q"), array("q")
+    shown, sent, name = array("q"), array("q"), container.format.name
     packets, is_torn, marked, second = container.demux(stream), False, list[int](), 0
+    end = 2**63
     while True:
         try:
             packet = next(packets)
@@ -43,11 +44,14 @@ def order_of(container: InputContainer, stream: av.VideoStream) -> Order:
             is_torn = packet.is_corrupt
             if is_torn:
                 marked.append(len(shown))
+            end = (packet.pos or 0) + packet.size
             if len(shown) == 1:
                 second = packet.pos or 0
             shown.append(_NONE if packet.pts is None else packet.pts)
             sent.append(_NONE if packet.dts is None else packet.dts)
-    name, is_mixed = container.format.name, stream.codec_context.has_b_frames
+    is_mixed = stream.codec_context.has_b_frames
+    if name == "yuv4mpegpipe" and Path(container.name).is_file():  # of which FFmpeg drops a frame that is not whole
+        is_torn |= end < Path(container.name).stat().st_size
     # An AVI has no times for showing, and FFmpeg makes wrong ones up for frames that are sent in another order.
     is_guessed = name == "avi" and is_mixed and stream.codec_context.name in ("h264", "hevc")
     is_mpeg = name.startswith("mpeg")  # whose recordings begin and end anywhere

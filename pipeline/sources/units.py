@@ -7,6 +7,7 @@ from collections.abc import Iterator
 _USUAL = 4  # pictures in a row with slices at the same places, after which one that lacks such a slice is not whole
 _HIGH = {44, 83, 86, 100, 110, 118, 122, 128, 134, 135, 138, 139, 244}  # profiles of H.264 that tell of colours too
 _HEAD_BYTES = 256  # of a unit, which are looked at
+_MORE = bytes(range(101, 165))  # behind a slice
 _RECOVERY = 6  # kind of the message that pictures are whole from some time on
 
 
@@ -104,6 +105,13 @@ class Gaps:
             begin = at + size
             at = begin + int.from_bytes(data[at:begin], "big")
             yield data[begin : min(at, begin + _HEAD_BYTES)]
+
+
+def lengthened(data: bytes) -> bytes:
+    """A packet of H.265 with further bytes behind each slice, which a decoder reaches only where that is cut."""
+    first, *units = data.split(b"\0\0\1")
+    more = (each.rstrip(b"\0") + _MORE if each[:1] < b"\x40" else each for each in units)  # slices by their kinds
+    return b"\0\0\1".join([first, *more])
 
 
 class _Bits:

@@ -22,6 +22,7 @@ _DECIMALS = 6  # of times in seconds
 _FIRST_YEAR, _A_DAY_S = 2000, 86400  # an earlier clock was never set, and one far ahead is wrong
 _ASSUMED_HZ = 25.0  # rate of a file that gives none
 _NAMED = 3  # gaps, of more their number is said
+_BARE = ("h264", "hevc")  # units one after another, of which no container tells how long they are
 _FAILURES = 1000  # damaged packets in a row after which a file is given up
 
 
@@ -140,7 +141,9 @@ class Video(Frames):
             named += [f"{len(missing) - _NAMED} more"] if len(missing) > _NAMED else []
             which = " and ".join(filter(None, (", ".join(named[:-1]), named[-1])))
             text = f"frames {which} are left out, {count} in all: damaged, or predicted from damaged ones"
-            self._skip(f"{self.source}: {text if count > 1 else f'frame {which} is corrupt and left out'}", count)
+            text = text if count > 1 else f"frame {which} is corrupt and left out"
+            is_end = self._is_steady and missing[-1][0] + 1 == self.count
+            self._skip(f"{self.source}: {text}{'; the file ends there, perhaps cut short' if is_end else ''}", count)
 
     def _take_rate(self, rate_hz: float | None) -> None:
         if rate_hz is None and self.rate_hz is None:
@@ -219,7 +222,8 @@ class _Decoder:
         context = self._stream.codec_context
         # One that conceals a damaged slice of FFV1 writes into the picture before, which others give out meanwhile.
         self._stream.thread_type = "SLICE" if context.name == "ffv1" else "AUTO"
-        context.thread_count = 0 if is_threaded else 1  # those that share a picture tell of no missing slice of H.264
+        # Those that share a picture tell of no missing slice of H.264, and those that take turns of no end that is cut.
+        context.thread_count = 0 if is_threaded and self._container.format.name not in _BARE else 1
         self._frames = self._decoded()
         self._last: tuple[int, av.VideoFrame] | None = None
         self._following = self._count = 0
@@ -249,7 +253,8 @@ class _Decoder:
         packets, order = self._container.demux(self._stream), self._order
         damaged = None if order is None else order.damaged
         is_numbered, is_late = order is not None and not order.is_sought, self._container.format.name == "mpegts"
-        self._guard = guard = Guard(self._stream.codec_context, is_late=is_late, damaged=damaged)
+        context, is_bare = self._stream.codec_context, self._container.format.name in _BARE
+        self._guard = guard = Guard(context, is_late=is_late, damaged=damaged, is_bare=is_bare)
         given, number, is_end = 0, 0, False
         self._began = 2**62  # frame of the first packet, if it is a key frame
         while guard.failures < _FAILURES and not is_end:

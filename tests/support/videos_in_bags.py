@@ -19,15 +19,16 @@ FOXGLOVE, FOXGLOVE_ROS = "foxglove.CompressedVideo", "foxglove_msgs/msg/Compress
 GROUP = 12  # frames from one key frame to the next
 
 
-def packets(codec: str, count: int = 40) -> list[bytes]:
-    """Frames of 96 x 72 whose levels are 20, 25, 30 and so on."""
+def packets(codec: str, count: int = 40, pictures: list[np.ndarray] | None = None) -> list[bytes]:
+    """Pictures (72, 96), or those whose levels are 20, 25, 30 and so on."""
+    pictures = pictures or [np.full((72, 96), 5 * number + 20, np.uint8) for number in range(count)]
     context: Any = av.CodecContext.create({"h264": "libx264", "h265": "libx265"}[codec], "w")
     context.width, context.height, context.pix_fmt = 96, 72, "yuv420p"
     context.framerate, context.time_base, context.gop_size = Fraction(10), Fraction(1, 10), GROUP
     context.options = {"tune": "zerolatency", "x265-params": f"log-level=none:keyint={GROUP}:bframes=0"}
     found = []
-    for number in range(count):
-        frame = av.VideoFrame.from_ndarray(np.full((72, 96), 5 * number + 20, np.uint8), format="gray")
+    for number, picture in enumerate(pictures):
+        frame = av.VideoFrame.from_ndarray(picture, format="gray")
         frame.pts = number
         found += [bytes(packet) for packet in context.encode(frame)]
     return found + [bytes(packet) for packet in context.encode(None)]

@@ -96,7 +96,7 @@ class Packets:
             context: Any = av.CodecContext.create(packet.codec, "r")
             context.thread_count = 1
             context.flags |= Flags.low_delay  # no frame is held back, where none needs one that follows
-            self._guard = Guard(context)
+            self._guard = Guard(context, is_bare=True)
         coded = av.Packet(packet.data)
         coded.pts = coded.dts = number
         return self._guard.decode(coded)

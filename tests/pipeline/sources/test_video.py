@@ -5,6 +5,7 @@ import threading
 import time
 from fractions import Fraction
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from itertools import pairwise
 from pathlib import Path
 
 import av
@@ -447,3 +448,44 @@ def test_a_file_that_is_shorter_than_its_container_says_is_cut_short(tmp_path, n
     assert 1 < len(found) < 8
     assert frames.is_cut_short
     assert "the video is cut short" in told[0]
+
+
+def noisy(number):
+    rng = np.random.default_rng(number)
+    return av.VideoFrame.from_ndarray(rng.integers(60, 200, (HEIGHT, WIDTH)).astype(np.uint8), format="gray")
+
+
+@pytest.mark.parametrize("most_b", [0, 2])
+@pytest.mark.parametrize("codec", ["h264", "hevc"])
+def test_a_bare_stream_that_is_cut_in_the_midst_of_a_picture_gives_only_whole_ones(tmp_path, codec, most_b):
+    encoder = {"h264": "libx264", "hevc": "libx265"}[codec]
+    options = {f"{encoder[3:]}-params": f"keyint=6:bframes={most_b}:log-level=none"}
+    frames = [noisy(number).reformat(format="yuv420p") for number in range(10)]
+    path = write(tmp_path / f"a.{codec}", encoder, "yuv420p", frames, options=options)
+    data = path.read_bytes()
+    whole = {frame.image.tobytes() for frame in taken(path)[0]}
+    assert len(whole) == 10
+    begins = [match.start() for match in re.finditer(b"\0\0\1", data)]
+    slices = [(begin, end) for begin, end in pairwise([*begins, len(data)]) if end - begin > 200]
+    for begin, end in slices[-5:]:
+        cut = int(np.random.default_rng(end).integers(begin + 20, end - 10))  # of fewer bytes nobody can tell
+        found, told, frames = taken_of(path, data[:cut])
+        assert {frame.image.tobytes() for frame in found} < whole
+        assert frames.skipped
+        assert told[-1].endswith("the file ends there, perhaps cut short") or most_b
+
+
+def test_bytes_behind_the_last_whole_frame_of_a_y4m_are_a_frame_that_is_cut(tmp_path):
+    data = b"YUV4MPEG2 W64 H48 F25:1 Cmono\n" + 3 * (b"FRAME\n" + bytes(64 * 48))
+    found, told, frames = taken_of(tmp_path / "a.y4m", data)
+    assert (len(found), frames.is_cut_short, told) == (3, False, [])
+    found, told, frames = taken_of(tmp_path / "a.y4m", data[:-100])
+    assert (len(found), frames.is_cut_short, len(told)) == (2, True, 1)
+
+
+@pytest.mark.parametrize("name", ["a.avi", "a.mov"])
+def test_raw_grey_of_16_bits_that_its_container_calls_colours_is_refused(tmp_path, name):
+    frames = (av.VideoFrame.from_ndarray(np.full((HEIGHT, WIDTH), 999, np.uint16), format="gray16le") for _ in "ab")
+    write(tmp_path / name, "rawvideo", "gray16le", frames)
+    with pytest.raises(SourceError, match=r"grey or in colours \(RGB555\), and does not say which; convert it to FFV1"):
+        open_frames(tmp_path / name)

@@ -52,3 +52,17 @@ def test_another_coding_is_refused_by_name(tmp_path):
     path = videos_in_bags.write(tmp_path / "a.mcap", FOXGLOVE, "av1", [b"\x12\0"] * 3)
     with pytest.raises(SourceError, match=r"can be read: the first has video of the format 'av1'; h264 and h265 are"):
         taken(path)
+
+
+def test_a_message_that_is_cut_within_a_slice_of_h265_spoils_its_group_alone(tmp_path):
+    pictures = [np.random.default_rng(number).integers(60, 200, (72, 96)).astype(np.uint8) for number in range(40)]
+    data = videos_in_bags.packets("h265", pictures=pictures)
+    path = videos_in_bags.write(tmp_path / "a.mcap", FOXGLOVE, "h265", data)
+    whole = {frame.index: frame.image.tobytes() for frame in taken(path)[0]}
+    assert len(whole) == 40
+    for number in (14, 20):
+        data[number] = data[number][: len(data[number]) * 2 // 3]
+    found, told, frames = taken(videos_in_bags.write(tmp_path / "a.mcap", FOXGLOVE, "h265", data))
+    assert [frame.index for frame in found] == [*range(14), *range(24, 40)]
+    assert all(frame.image.tobytes() == whole[frame.index] for frame in found)
+    assert (frames.skipped, "has a damaged packet" in told[0]) == (10, True)

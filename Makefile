@@ -19,7 +19,7 @@ CORE_OF_PAGE := $(foreach part,page view tank policy,tests/browser/test_$(part).
 REST_OF_PAGE := $(filter-out $(CORE_OF_PAGE),$(wildcard tests/browser/test_*.py))
 ABREAST := --numprocesses 3 --dist loadfile --no-loadscope-reorder
 
-.PHONY: nightly peers licences release try-release run report test test-slow test-page test-busy test-oldest test-pythons resolve lint real borders bench bench-readme fuzz security samples screenshots figures docs newcomer clean
+.PHONY: nightly mutants peers licences release try-release run report test test-slow test-page test-busy test-oldest test-pythons resolve lint real borders bench bench-readme fuzz security samples screenshots figures docs newcomer clean
 
 # Installs everything, and serves the page, which opens on a sample scene.
 run: $(VENV)/.installed
@@ -103,6 +103,11 @@ fuzz: $(VENV)/.test
 # Attacks a running page over the loopback, and writes what came of it into SECURITY.md: three minutes, on Linux.
 security: $(VENV)/.test
 	$(BIN)/python -m tests.attack
+
+# Changes the code in 300 places drawn at random, and lists what the quick tests don't tell: half an hour.
+MUTANTS ?= --mutants 300
+mutants: $(VENV)/.extra
+	$(BIN)/python -m tests.bench.mutants $(MUTANTS)
 
 # Renders every scene of sample_images/ again from its YAML.
 samples: $(VENV)/.installed

@@ -13,6 +13,7 @@ PARTS = {
     "slow": ("test-slow", "the slow tests, and those that need large packages"),
     "real": ("real", "photographs and pictures by other programs"),
     "page": ("test-page", "the whole page in a browser"),
+    "mutants": ("mutants", "changes to the code that tests should tell"),
     "oldest": ("test-oldest", "the oldest version of each dependency"),
     "pythons": ("test-pythons", "the other Pythons"),
     "docs": ("docs", "the documentation, built"),

@@ -114,28 +114,26 @@ class _Limits:
     def _ring(self, *_: Any) -> None:
         raise TimeoutError
 
-    @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_protocol(self, item: pytest.Item) -> Any:
-        """Run one test."""
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_setup(self, item: pytest.Item) -> Any:
+        """What fixtures run is run for all tests of the file."""
+        return (yield from self._within_limit(item, item.nodeid.split("::")[0]))
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_call(self, item: pytest.Item) -> Any:
+        """What the test itself runs."""
+        return (yield from self._within_limit(item, item.nodeid))
+
+    def _within_limit(self, item: pytest.Item, context: str) -> Any:
+        if self._follow is not None:
+            self._follow.switch_context(context)
         start_s = time.monotonic()
         signal.setitimer(signal.ITIMER_REAL, self._limits_s.get(item.nodeid, self._limit_s))
         try:
             return (yield)
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0)
-            self.took_s[item.nodeid] = time.monotonic() - start_s
-
-    @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_setup(self, item: pytest.Item) -> None:
-        """What fixtures run is run for all tests of the file."""
-        if self._follow is not None:
-            self._follow.switch_context(item.nodeid.split("::")[0])
-
-    @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_call(self, item: pytest.Item) -> None:
-        """What the test itself runs."""
-        if self._follow is not None:
-            self._follow.switch_context(item.nodeid)
+            self.took_s[item.nodeid] = self.took_s.get(item.nodeid, 0.0) + time.monotonic() - start_s
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Note what did not pass."""

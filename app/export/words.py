@@ -62,7 +62,7 @@ def status_line(found: Estimate, *, with_sigma: bool = True) -> str:
     """Return lights, level, pose and time, as in 10 lights | HATS level 206 | pose A 97 %, 1.453 m ± 0.004 | 1.3 ms."""
     parts = [count(found.lights_on_ring or 0, "light")]
     if found.threshold is not None:
-        parts.append(f"{METHODS.short(found.threshold.method)} {numbers.level_words(found.threshold)}")
+        parts.append(f"{METHODS[found.threshold.method].label} {numbers.level_words(found.threshold)}")
     parts += [_pose_words(found, with_sigma=with_sigma), f"{number(found.elapsed_ms)} ms"]
     return " | ".join(filter(None, parts))
 

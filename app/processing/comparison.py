@@ -58,7 +58,7 @@ def figure_15(view: View) -> list[tuple[str, int, int, bool]] | None:
         return None
     found, truth = compare(view.image, scene.camera, scene.dock, methods=("hats", *RIVALS)), truth_of(scene)
     return [
-        (METHODS.short(name), one.threshold.level, one.markers.seen, is_right(one.selected, truth, RIGHT_SHARE))
+        (METHODS[name].label, one.threshold.level, one.markers.seen, is_right(one.selected, truth, RIGHT_SHARE))
         for name, one in found.items()
         if one.threshold is not None and one.markers is not None
     ]

@@ -124,7 +124,7 @@ def methods() -> list[str]:
 
 def title_of(label: str) -> str:
     """A method's name for people."""
-    title = THRESHOLDS.title(HATS if label == PRODUCT else label).partition(" (")[0]
+    title = THRESHOLDS[HATS if label == PRODUCT else label].title.partition(" (")[0]
     return f"{title} + local" if label == PRODUCT else title
 
 

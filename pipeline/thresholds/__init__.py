@@ -9,11 +9,10 @@ from dockpose.thresholds.classic import fixed, kapur, kittler, li, otsu, sezan, 
 from dockpose.thresholds.hats import hats
 from dockpose.thresholds.histogram import Histogram, Peak, Threshold, histogram_of
 from dockpose.thresholds.local import hats_local
-from dockpose.thresholds.methods import Entry, Function, MethodError, Methods
+from dockpose.thresholds.methods import Entry, Function, MethodError, own_entry
 
-# Title, colour and mark (of Matplotlib) wherever the method is listed or drawn; and its short name where that is not
-# the title up to a bracket.
-METHODS = Methods(
+# Each by its name, in the order in which people see them: title, function, colour and mark, and a short name.
+METHODS = dict(
     hats=Entry("HATS (adaptive)", hats, BLUE, "o"),
     hats_local=Entry("HATS light by light", hats_local, SKY_BLUE, "P", "HATS local"),
     otsu=Entry("Otsu", otsu, VERMILLION, "s"),
@@ -68,7 +67,8 @@ def register_threshold(name: str, *, title: str | None = None) -> Callable[[Func
         raise ValueError('a threshold method needs a name, as in @register_threshold("half_way")')
 
     def register(function: Function) -> Function:
-        METHODS.add(name, title, function)
+        METHODS[name] = own_entry(METHODS, name, title, function)
+        METHODS["fixed"] = METHODS.pop("fixed")  # stays the last
         return function
 
     return register

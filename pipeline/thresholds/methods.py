@@ -4,8 +4,9 @@ import inspect
 import math
 import numbers
 import re
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
 from dockpose.palette import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION
@@ -14,8 +15,6 @@ from dockpose.pixels.flood import LEVELS
 from dockpose.text import InputError
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
-# From the histogram, the minimum area of a group and the level set by hand; most need only the first.
-Method = Callable[[Histogram, int, int | None], Threshold]
 Function = TypeVar("Function", bound=Callable[..., Any])
 # Colours and marks of registered methods, in turn; with marks that the library does not use.
 _LOOKS = tuple(zip((BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY_BLUE), ("d", "p", "h", "*", "H", "8"), strict=True))
@@ -25,77 +24,50 @@ class MethodError(InputError):
     """A threshold method that somebody registered raised an error, or returned neither a level nor a mask."""
 
 
-class Entry(NamedTuple):
+@dataclass(frozen=True)
+class Entry:
     """A threshold method, and how people see it."""
 
     title: str
     method: Callable[..., Threshold]  # of a histogram, and ``min_area_px`` and ``level`` where it has them
     colour: str  # as in HTML
     mark: str  # of Matplotlib
-    short: str = ""  # the title where space is scarce
+    short: str = ""  # where space is scarce, if that is not the title up to a bracket
     is_own: bool = False  # registered, rather than the library's
 
-
-class Methods(Mapping[str, Method]):
-    """Each threshold method by its name, in the order in which people see them; a fixed level comes last."""
-
-    def __init__(self, **built_in: Entry) -> None:
-        self._entries = {name: one._replace(method=_called_alike(one.method)) for name, one in built_in.items()}
-
-    def __getitem__(self, name: str) -> Method:
-        return self._entries[name].method
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(sorted(self._entries, key="fixed".__eq__))
-
-    def __len__(self) -> int:
-        return len(self._entries)
-
-    def title(self, name: str) -> str:
-        """What a method is called where people choose one; the name itself of a method that is not there."""
-        return self._entries[name].title if name in self else name
-
-    def short(self, name: str) -> str:
-        """The same where space is scarce."""
-        return (name in self and self._entries[name].short) or self.title(name).partition(" (")[0]
-
-    def look(self, name: str) -> tuple[str, str]:
-        """Colour, as in HTML, and mark, of Matplotlib, by which drawings distinguish a method from the others."""
-        entry = self._entries[name]
-        return entry.colour, entry.mark
-
-    def add(self, name: Any, title: Any, function: Any) -> None:
-        """Register a function, see :func:`register_threshold`."""
-        title = name if title is None else title
-        if not isinstance(name, str) or not re.fullmatch(r"[a-z][a-z0-9_]{,39}", name):
-            raise ValueError(f"name is {name!r}; it must be up to 40 small letters, digits and _, as bright_tenth")
-        if not isinstance(title, str) or not title.strip() or len(title) > 40 or not title.isprintable():
-            raise ValueError(f"title of {name!r} is {title!r}; it must be a line of 1 to 40 characters")
-        if not callable(function):
-            raise ValueError(f"threshold method {name!r} is {function!r}; it must be a function")
-        others = {known: entry for known, entry in self._entries.items() if known != name or not entry.is_own}
-        for known, entry in others.items():
-            if known == name or entry.title == title:
-                raise ValueError(f"threshold method {name!r}, {title!r}: there is {known!r}, {entry.title!r} already")
-        look = _LOOKS[sum(entry.is_own for entry in others.values()) % len(_LOOKS)]
-        self._entries[name] = Entry(title, _own_threshold(name, title, function), *look, title, is_own=True)
-
-
-def _called_alike(method: Callable[..., Threshold]) -> Method:
-    """A method that takes histogram, least area and level, of one that may need fewer of them."""
-    wanted = [*inspect.signature(method).parameters][1:]
-
-    def called(histogram: Histogram, min_area_px: int, level: int | None) -> Threshold:
+    def __call__(self, histogram: Histogram, min_area_px: int, level: int | None) -> Threshold:
+        """The threshold of a picture's histogram."""
         given = {"min_area_px": min_area_px, "level": level}
-        return method(histogram, *(given[name] for name in wanted))
+        wanted = [*inspect.signature(self.method).parameters][1:]
+        return self.method(histogram, *(given[name] for name in wanted))
 
-    return called
+    @property
+    def label(self) -> str:
+        """The title where space is scarce."""
+        return self.short or self.title.partition(" (")[0]
 
 
-def _own_threshold(name: str, title: str, function: Callable[[np.ndarray], Any]) -> Method:
+def own_entry(known: Mapping[str, Entry], name: Any, title: Any, function: Any) -> Entry:
+    """A function as a method beside those that are known, see :func:`register_threshold`."""
+    title = name if title is None else title
+    if not isinstance(name, str) or not re.fullmatch(r"[a-z][a-z0-9_]{,39}", name):
+        raise ValueError(f"name is {name!r}; it must be up to 40 small letters, digits and _, as bright_tenth")
+    if not isinstance(title, str) or not title.strip() or len(title) > 40 or not title.isprintable():
+        raise ValueError(f"title of {name!r} is {title!r}; it must be a line of 1 to 40 characters")
+    if not callable(function):
+        raise ValueError(f"threshold method {name!r} is {function!r}; it must be a function")
+    others = {other: entry for other, entry in known.items() if other != name or not entry.is_own}
+    for other, entry in others.items():
+        if other == name or entry.title == title:
+            raise ValueError(f"threshold method {name!r}, {title!r}: there is {other!r}, {entry.title!r} already")
+    look = _LOOKS[sum(entry.is_own for entry in others.values()) % len(_LOOKS)]
+    return Entry(title, _own_threshold(name, title, function), *look, title, is_own=True)
+
+
+def _own_threshold(name: str, title: str, function: Callable[[np.ndarray], Any]) -> Callable[[Histogram], Threshold]:
     """Return a function as a method of the registry."""
 
-    def method(histogram: Histogram, min_area_px: int, level: int | None) -> Threshold:
+    def method(histogram: Histogram) -> Threshold:
         grey = histogram.levels if histogram.native is None else histogram.native
         try:
             found = function(grey.copy())

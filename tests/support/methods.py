@@ -11,7 +11,7 @@ from dockpose.thresholds import METHODS
 @contextlib.contextmanager
 def registered(**methods: tuple[str, Callable]) -> Iterator[None]:
     """Register functions by their names, each with its title, and forget them afterwards."""
-    with patch.object(METHODS, "_entries", dict(METHODS._entries)):
+    with patch.dict(METHODS):
         for name, (title, function) in methods.items():
             register_threshold(name, title=title)(function)
         yield

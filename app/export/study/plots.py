@@ -26,7 +26,7 @@ _BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.02, 0.5), 
 
 
 def _looks(label: str) -> tuple[str, str]:
-    return (BLUE, "P") if label == PRODUCT else THRESHOLDS.look(label)
+    return (BLUE, "P") if label == PRODUCT else (THRESHOLDS[label].colour, THRESHOLDS[label].mark)
 
 
 def factor_figure(factor: Mapping[str, Any]) -> Figure:

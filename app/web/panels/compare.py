@@ -65,7 +65,7 @@ def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, A
             "level": None if one.threshold is None or one.threshold.level >= LEVELS else one.threshold.level,
             "lost": lost[name].in_words() if name in lost else "",
         }
-        methods.append({"name": name, "label": METHODS.short(name)} | method_words(one, view) | drawn)
+        methods.append({"name": name, "label": METHODS[name].label} | method_words(one, view) | drawn)
     picture = base64.b64encode(cv2.imencode(".png", grey)[1].tobytes()).decode()
     counts = np.log1p(histogram_in(view, next(iter(found.values()))).counts)
     return {

@@ -62,7 +62,7 @@ class DetectPanel(Panel):
 
     def __init__(self, app: Page) -> None:
         super().__init__(app)
-        self._labels = {METHODS.title(method): method for method in METHODS}
+        self._labels = {entry.title: method for method, entry in METHODS.items()}
         self._method = self.add(
             "dropdown", "method", self.changing(self._with_method, reload=False), options=tuple(self._labels)
         )
@@ -74,7 +74,7 @@ class DetectPanel(Panel):
     def load(self, view: View) -> None:
         """Set the controls."""
         super().load(view)
-        self._method.value = METHODS.title(view.settings.method)
+        self._method.value = METHODS[view.settings.method].title
         self._level.load(view, with_value=view.settings.method == "fixed")
         self._min_area.load(view)
         # Most groups are small: a longer slider would be too coarse for them.
@@ -94,7 +94,7 @@ class DetectPanel(Panel):
 
     def _with_fixed_level(self, view: View, value: Any) -> View:
         changed = choices.with_method(view, "fixed", value)
-        self._method.value = METHODS.title("fixed")
+        self._method.value = METHODS["fixed"].title
         return changed
 
 

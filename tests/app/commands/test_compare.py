@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import cv2
 import msgspec
@@ -47,8 +48,8 @@ def test_unknown_values_are_null_and_no_key_is_left_out(tank, json_lines):
 
 def test_hats_is_shown_without_the_levels_that_it_falls_back_on(monkeypatch):
     image, _ = render(random_scene(1))
-    nothing = METHODS._entries["hats"]._replace(method=lambda histogram, min_area_px, level: fixed(histogram, 256))
-    monkeypatch.setitem(METHODS._entries, "hats", nothing)
+    nothing = replace(METHODS["hats"], method=lambda histogram, min_area_px, level: fixed(histogram, 256))
+    monkeypatch.setitem(METHODS, "hats", nothing)
     assert "each light was given its own" in estimate(image, CAMERA, DOCK).message
     hats = compare(image, CAMERA, DOCK)["hats"]
     assert hats.status == "no_lights"

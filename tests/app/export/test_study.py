@@ -17,9 +17,8 @@ from dockpose.app.export.study.report import (
 )
 from dockpose.study.judge import methods, title_of
 from dockpose.study.summary import summary_of
-from dockpose.thresholds import METHODS as THRESHOLDS
-from dockpose.thresholds import register_threshold
 
+from tests.support.methods import registered
 from tests.support.studied import table
 
 DRAWN = ("range_diameters", "ring_radius_px", "attenuation_lengths", "lit_share", "lamp_spacings")
@@ -93,13 +92,12 @@ def test_what_the_study_says(say, right, otherwise, words):
 
 
 @pytest.mark.slow
-def test_a_factors_plot_names_every_method_and_bin(monkeypatch):
-    monkeypatch.setattr(THRESHOLDS, "_entries", dict(THRESHOLDS._entries))
-    register_threshold("half_way", title="Half way up (mean)")(lambda grey: 128)
-    one = summary_of(table(20, lambda scene, method: "success" if scene % 3 else "wrong pose", docks=15))
-    factor = one["factors"]["tilt_deg"]
-    svg = Plot.of("tilt_deg", "", factor_figure(factor)).svg.decode()
-    titles = [title_of(label) for label in methods()]
+def test_a_factors_plot_names_every_method_and_bin():
+    with registered(half_way=("Half way up (mean)", lambda grey: 128)):
+        one = summary_of(table(20, lambda scene, method: "success" if scene % 3 else "wrong pose", docks=15))
+        factor = one["factors"]["tilt_deg"]
+        svg = Plot.of("tilt_deg", "", factor_figure(factor)).svg.decode()
+        titles = [title_of(label) for label in methods()]
     assert "Half way up" in titles
     for text in (*titles, *factor["bins"], "false docks in %"):
         assert text in svg

@@ -93,7 +93,7 @@ def test_change_is_worked_on_and_a_refused_one_keeps_the_view(app):
     [
         ("Sample scene", "tilted", lambda view: view.sample == "tilted"),
         ("Diameter (cm)", 47.0, lambda view: view.dock.diameter == 0.47),
-        ("Threshold by", METHODS.title("otsu"), lambda view: view.settings.method == "otsu"),
+        ("Threshold by", METHODS["otsu"].title, lambda view: view.settings.method == "otsu"),
     ],
 )
 def test_what_is_set_while_another_act_ends_is_not_lost(app, label, value, seen):

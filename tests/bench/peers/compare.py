@@ -146,7 +146,7 @@ def of_thresholds(rows: Sequence[tuple[str, str, bool, bool, float]]) -> str:
             own = [row for row in rows if row[:2] == (drawer, name)]
             cells.append(interval(wilson(sum(bool(row[column]) for row in own), len(own))))
         took_ms = np.median([row[4] for row in rows if row[1] == name])
-        body.append([thresholds.METHODS.title(name).partition(" (")[0], *cells, f"{took_ms:.1f}"])
+        body.append([thresholds.METHODS[name].label, *cells, f"{took_ms:.1f}"])
     what = [f"{drawer}: {words}" for drawer, words in itertools.product(drawers, ("lights, %", "pose, %"))]
     return table(["threshold", *what, "ms"], body)
 

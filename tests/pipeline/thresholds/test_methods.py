@@ -16,7 +16,7 @@ def level_200(grey):
 def test_a_method_of_ones_own_stands_before_the_fixed_level():
     with registered(mine=("My method", level_200)):
         assert list(METHODS)[-2:] == ["mine", "fixed"]
-        assert METHODS.title("mine") == "My method"
+        assert METHODS["mine"].title == "My method"
         assert Settings(method="mine").method == "mine"
     assert "mine" not in METHODS
     with pytest.raises(ValueError, match="method is 'mine'; it must be one of hats, hats_local, otsu"):
@@ -26,19 +26,19 @@ def test_a_method_of_ones_own_stands_before_the_fixed_level():
 def test_each_method_is_told_from_the_others_by_its_title_and_its_look():
     registers = {f"mine{number}": (f"Mine {number}", level_200) for number in range(8)}
     with registered(**registers):
-        assert len({METHODS.title(name) for name in METHODS}) == len(METHODS)
+        assert len({entry.title for entry in METHODS.values()}) == len(METHODS)
         library = [name for name in METHODS if name not in registers]
         for names in (library, list(registers)[:6]):
-            assert len({METHODS.look(name) for name in names}) == len(names)
-        assert not {METHODS.look(name)[1] for name in library} & {METHODS.look(name)[1] for name in registers}
-        assert METHODS.look("mine6") == METHODS.look("mine0")  # in turn
-        assert all(len(rgb(METHODS.look(name)[0])) == 3 for name in METHODS)
+            assert len({(METHODS[name].colour, METHODS[name].mark) for name in names}) == len(names)
+        assert not {METHODS[name].mark for name in library} & {METHODS[name].mark for name in registers}
+        assert METHODS["mine6"].colour == METHODS["mine0"].colour  # in turn
+        assert all(len(rgb(entry.colour)) == 3 for entry in METHODS.values())
 
 
 def test_the_decorator_returns_the_function():
     with registered():
         assert register_threshold("mine")(level_200) is level_200
-        assert METHODS.title("mine") == "mine"
+        assert METHODS["mine"].title == "mine"
 
 
 def test_names_and_titles_of_others_are_refused():

@@ -48,7 +48,7 @@ def test_the_dropdown_has_methods_of_ones_own_by_their_titles_before_the_fixed_l
         detect.DetectPanel(MagicMock(server=MagicMock(gui=controls)))
     assert controls.methods[0] == "HATS (adaptive)"
     assert controls.methods[-2:] == ("Brightest tenth", "Fixed level")
-    assert METHODS.title("otsu") == "Otsu"
+    assert METHODS["otsu"].title == "Otsu"
 
 
 def test_a_method_that_fails_is_named_where_the_level_would_stand(analysis):

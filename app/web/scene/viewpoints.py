@@ -1,4 +1,4 @@
-"""Two viewpoints, on the docks alone and with the camera, and which of them each browser is at."""
+"""Two viewpoints, on the docks alone and with the camera; who has not turned the scene is kept at one of them."""
 
 import itertools
 import math
@@ -9,7 +9,7 @@ import viser
 
 OVERVIEW, CLOSE_UP = NAMES = "Fit", "Dock close-up"
 _DIRECTIONS = {OVERVIEW: (0.8, -0.42, -0.6), CLOSE_UP: (0.45, -0.35, -0.85)}  # to the eye; the camera's y points down
-_FOV_RAD = math.radians(50)
+FOV_RAD = math.radians(50)
 _ASPECT = 1.9  # width to height of the 3D view on a small laptop
 _SIDEWAYS, _DOWN = 0.77, 0.85  # of half the view, for what is shown: labels need the rest
 _LEAST_UP, _MOST_UP, _BUTTONS = 0.4, 0.8, 0.22  # and buttons, which take more of a low one
@@ -31,13 +31,11 @@ class Extent:
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """Where the eye is, what it looks at (metres) and its vertical field of view (radians), in a view of ``aspect``."""
+    """Where the eye is and what it looks at, in metres, of ``NAMES``."""
 
     name: str
     position: np.ndarray
     look_at: np.ndarray
-    aspect: float
-    fov_rad: float = _FOV_RAD
 
     def is_near(self, other: "Viewpoint | viser.CameraHandle", share: float) -> bool:
         """Whether another one differs by less than a share of the distance to what is looked at."""
@@ -47,7 +45,7 @@ class Viewpoint:
 
 def viewpoint(name: str, extent: Extent, aspect: float | None = None) -> Viewpoint:
     """Return the nearest viewpoint that has the whole extent in the free part of the view."""
-    aspect, half_up = aspect or _ASPECT, math.tan(_FOV_RAD / 2)
+    aspect, half_up = aspect or _ASPECT, math.tan(FOV_RAD / 2)
     away = np.array(_DIRECTIONS[name]) / np.linalg.norm(_DIRECTIONS[name])
     right = np.cross(away, [0, -1.0, 0]) / np.hypot(away[0], away[2])
     axes = np.array([right, np.cross(right, away)])
@@ -60,7 +58,7 @@ def viewpoint(name: str, extent: Extent, aspect: float | None = None) -> Viewpoi
         low, top = (corners @ (away - axis / before)).max(), (corners @ (away + axis / beyond)).max()
         shift = (top - low) / (1 / before + 1 / beyond)
         look_at, distance = look_at + shift * axis, max(distance, top - shift / beyond)
-    return Viewpoint(name, look_at + distance * away, look_at, aspect)
+    return Viewpoint(name, look_at + distance * away, look_at)
 
 
 class Viewpoints:
@@ -70,7 +68,7 @@ class Viewpoints:
         self._server = server
         self._placed: dict[int, Viewpoint] = {}
         self._shown: dict[str, Extent] = dict.fromkeys(NAMES, Extent(np.zeros(3), np.ones(3)))
-        server.on_client_connect(self._welcome)
+        server.on_client_connect(lambda client: self.look_from(client, OVERVIEW))
         server.on_client_disconnect(self._forget)
 
     def show(self, everything: Extent, docks: Extent | None, *, is_other: bool) -> None:
@@ -78,16 +76,13 @@ class Viewpoints:
         self._shown = {OVERVIEW: everything, CLOSE_UP: docks or everything}
         if is_other:
             place, initial = viewpoint(OVERVIEW, everything), self._server.initial_camera
-            initial.fov, initial.position, initial.look_at = _FOV_RAD, place.position, place.look_at
+            initial.fov, initial.position, initial.look_at = FOV_RAD, place.position, place.look_at
         for client in self._server.get_clients().values():
             old = self._placed.get(client.client_id)
-            if old is None:
-                continue
-            if not old.is_near(client.camera, _MOVED):  # it was turned by hand, which stays while a dock is in sight
-                if is_other and docks is not None and not _is_in_sight(client.camera, docks):
-                    self.look_from(client, OVERVIEW)
-            elif is_other or not viewpoint(old.name, self._shown[old.name], old.aspect).is_near(old, _DUE):
-                self.look_from(client, old.name)
+            if old is not None and old.is_near(client.camera, _MOVED):
+                place = viewpoint(old.name, self._shown[old.name], client.camera.aspect)
+                if is_other or not place.is_near(old, _DUE):
+                    self.look_from(client, old.name)
 
     def _forget(self, client: viser.ClientHandle) -> None:
         self._placed.pop(client.client_id, None)
@@ -96,23 +91,5 @@ class Viewpoints:
         """Move one browser's viewpoint to one of ``viewpoints.NAMES``."""
         place = self._placed[client.client_id] = viewpoint(name, self._shown[name], client.camera.aspect)
         with client.atomic():
-            client.camera.fov = _FOV_RAD
+            client.camera.fov = FOV_RAD
             client.camera.position, client.camera.look_at = place.position, place.look_at
-
-    def _welcome(self, client: viser.ClientHandle) -> None:
-        """Fit the scene to the browser's window now, and whenever that changes its shape."""
-        self.look_from(client, OVERVIEW)
-
-        def reshaped(camera: viser.CameraHandle) -> None:
-            old = self._placed.get(client.client_id)
-            if old is not None and old.is_near(camera, _MOVED) and abs(math.log(camera.aspect / old.aspect)) > 0.05:
-                self.look_from(client, old.name)
-
-        client.camera.on_update(reshaped)
-
-
-def _is_in_sight(camera: viser.CameraHandle, docks: Extent) -> bool:
-    """Whether the middle of the docks is within the lesser field of view."""
-    ahead, there = camera.look_at - camera.position, (docks.low + docks.high) / 2 - camera.position
-    least = math.cos(math.atan(math.tan(_FOV_RAD / 2) * min(1.0, camera.aspect)))
-    return bool(ahead @ there > least * np.linalg.norm(ahead) * np.linalg.norm(there))

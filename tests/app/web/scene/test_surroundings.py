@@ -8,7 +8,7 @@ from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.view import MeasuredPose, open_source, with_sample
 from dockpose.app.web.scene.scene import docks_of, extent_of
 from dockpose.app.web.scene.surroundings import labels, port_radius_m
-from dockpose.app.web.scene.viewpoints import CLOSE_UP, NAMES, viewpoint
+from dockpose.app.web.scene.viewpoints import CLOSE_UP, FOV_RAD, NAMES, viewpoint
 from dockpose.camera.port import FlatPort
 from dockpose.simulate import Pose, Scene, render
 from dockpose.simulate.optics.water import preset
@@ -25,7 +25,7 @@ def on_screen(place, points, width_px, height_px):
     right = right / np.linalg.norm(right)
     offset = points - place.position
     depth = np.where(offset @ ahead > 1e-6, offset @ ahead, np.nan)
-    scale = height_px / 2 / math.tan(place.fov_rad / 2)
+    scale = height_px / 2 / math.tan(FOV_RAD / 2)
     return np.column_stack(
         [
             width_px / 2 + scale * (offset @ right) / depth,

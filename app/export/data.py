@@ -5,7 +5,6 @@ import io
 import json
 import math
 import re
-import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -27,7 +26,7 @@ from dockpose.app.drawing.numbers import (
     number,
 )
 from dockpose.app.experiment.record import Row, csv_text
-from dockpose.app.resources import read_toml, with_versions
+from dockpose.app.resources import with_versions
 
 if TYPE_CHECKING:
     from dockpose.app.processing.analysis import Analysis
@@ -91,7 +90,12 @@ CSV_HEAD = (
     "notes",
 )
 _FORMULA = re.compile(r"^[=+\-@\t]")
-_GREEK = re.compile(r"GREEK (SMALL|CAPITAL) LETTER (\w+)$")
+# What commands are made of, and signs that the usual fonts lack.
+_IN_LATEX = str.maketrans(
+    {sign: rf"\{sign}" for sign in "{}$&#_%"}
+    | {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\n": " ", "\t": " "}
+    | {"<": "$<$", ">": "$>$", "|": "$|$", "°": r"$^\circ$", "±": r"$\pm$", "×": r"$\times$", "µ": r"$\mu$"}
+)
 
 
 def result_line(analysis: "Analysis", sha256: str | None = None) -> dict[str, Any]:
@@ -168,7 +172,7 @@ def latex_table(rows: Sequence[Row]) -> str:
     content = table(rows, with_errors=False)
     head = " & ".join(rf"\textbf{{{name}}}" for name in ("No.", *LATEX, "Notes"))
     lines = [
-        "% estimated (measured); needs \\usepackage{longtable}",
+        "% estimated (measured); needs \\usepackage{longtable}, and XeLaTeX or LuaLaTeX where notes have Greek",
         r"\begin{longtable}{rrrrrrp{0.2\textwidth}}",
         rf"\hline {head} \\ \hline \endhead",
         *(_latex_line(cells) for cells in content.body),
@@ -193,26 +197,8 @@ def _latex_line(cells: Sequence[str]) -> str:
 
 
 def to_latex(text: str) -> str:
-    """Return LaTeX that prints the text and does nothing else; letters without a font in plain LaTeX become "?"."""
-    return "".join(_character(character) for character in unicodedata.normalize("NFC", text))
-
-
-def _character(character: str) -> str:
-    commands = read_toml("latex.toml")
-    if character in commands["characters"]:
-        return commands["characters"][character]
-    if " " <= character <= "~":
-        return character
-    letter, *marks = unicodedata.normalize("NFD", character)
-    if letter.isascii() and letter.isalpha() and len(marks) == 1 and marks[0] in commands["accents"]:
-        dotless = rf"\{letter}" if letter in "ij" and marks[0] != "\N{COMBINING CEDILLA}" else letter
-        return f"{commands['accents'][marks[0]]}{{{dotless}}}"
-    match = _GREEK.match(unicodedata.name(character, ""))
-    if match is None:
-        return "?"
-    name = {"LAMDA": "lambda"}.get(match[2], match[2].lower())
-    command = name if match[1] == "SMALL" else name.capitalize()
-    return rf"$\{command}$" if name in read_toml("latex.toml")["greek"][match[1]].split() else "?"
+    """Return LaTeX that prints the text and does nothing else; letters stand as they are, in UTF-8 as LaTeX reads."""
+    return text.translate(_IN_LATEX)
 
 
 @dataclass(frozen=True)

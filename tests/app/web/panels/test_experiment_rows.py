@@ -85,12 +85,14 @@ def test_pandas_reads_the_csv_with_the_same_numbers():
 
 def test_latex_escapes_by_hand():
     assert to_latex("50 % & a_b") == r"50 \% \& a\_b"
-    assert to_latex("é θ Ω 水 \\") == r"\'{e} $\theta$ $\Omega$ ? \textbackslash{}"
+    assert to_latex("é θ ±2° \\input{x}\n^~") == (
+        r"é θ $\pm$2$^\circ$ \textbackslash{}input\{x\} \textasciicircum{}\textasciitilde{}"
+    )
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no TeX here")
 def test_latex_compiles(tmp_path):
-    characters = "".join(chr(code) for code in [*range(32, 127), *range(0xA0, 0x250), *range(0x370, 0x400)])
+    characters = "".join(map(chr, [*range(32, 127), *range(0xC0, 0x100)])) + "°±×µ²³·–…"
     rows = [*ROWS, row(4, 1.0, 1.0, notes=" ".join(characters))]
     document = r"\documentclass{article}\usepackage{longtable}\begin{document}" + latex_table(rows) + r"\end{document}"
     (tmp_path / "table.tex").write_text(document, encoding="utf-8")

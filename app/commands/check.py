@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
     checked = check_session(record, arguments.tape / 1000)
     _print(checked)
     put(*checked.told)
-    if checked.contradicts and arguments.out is None and arguments.out_camera is None:
+    if checked.is_off and arguments.out is None and arguments.out_camera is None:
         put("--out dock.yaml writes the dock so corrected, --out-camera camera.yaml the camera.")
     if arguments.out is not None:
         with writing(f"--out {arguments.out}"):

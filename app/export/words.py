@@ -195,6 +195,11 @@ class Checked:
         return math.hypot(focal, diameter_share(self.dock))
 
     @property
+    def is_off(self) -> bool:
+        """Whether ranges have an error in common, which a corrected dock or camera takes away."""
+        return self.fit.is_sure(self.fit.scale - 1, self.fit.scale_sigma)
+
+    @property
     def contradicts(self) -> bool:
         """Whether ranges are off by more than camera and dock file allow."""
         return self.fit.is_sure(self.fit.scale - 1, math.hypot(self.allowed, self.fit.scale_sigma))

@@ -276,7 +276,7 @@ class ExperimentPanel(Panel):
         told = [] if checked is None else checked.told
         self._told.content = small("".join(f"<p>{escape(sentence)}</p>" for sentence in told), 'id="check"')
         for button in self._corrected.values():
-            button.visible = checked is not None and checked.contradicts
+            button.visible = checked is not None and checked.is_off
 
     def _save_corrected(self, name: str, client: Client) -> None:
         checked = self._checked

@@ -1,6 +1,7 @@
 """``dockpose check`` on sessions whose measured values are known."""
 
 import re
+from dataclasses import replace
 
 import msgspec
 import numpy as np
@@ -66,6 +67,33 @@ def test_a_diameter_that_is_one_per_cent_wrong_is_told_and_mended(estimates, ses
     assert camera.fx / CAMERA.fx == pytest.approx(dock.diameter / WRONG.diameter)
     assert camera.sigma.fx is not None
     assert camera.sigma.fx / CAMERA.fx == pytest.approx(dock.diameter_sigma_m / WRONG.diameter)
+
+
+def test_an_error_within_what_the_files_allow_is_mended_too(estimates, session, capsys, tmp_path):
+    ten = session(estimates[:10])
+    assert main(["check", str(ten)]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "too short: the diameter or the focal length. That is within what camera and dock file allow (" in told
+    assert f"m, not {WRONG.diameter:.4f} m; if it is the focal length, that is 707." in told
+    assert "--out dock.yaml writes the dock so corrected" in told
+    assert main(["check", str(ten), "--out", str(tmp_path / "dock.yaml")]) == 0
+    assert load_dock(tmp_path / "dock.yaml").diameter == pytest.approx(DOCK.diameter, rel=0.003)
+
+
+def test_where_nothing_is_off_no_correction_is_offered(estimates, session, capsys):
+    right = [
+        (replace(found, choice=replace(found.choice, candidates=tuple(map(_enlarged, found.candidates)))), truth)
+        for found, truth in estimates
+    ]
+    assert main(["check", str(session(right))]) == 0
+    told = capsys.readouterr().out
+    assert "Ranges have no common error" in told
+    assert "If it is" not in told
+    assert "--out" not in told
+
+
+def _enlarged(pose):
+    return replace(pose, position_m=1.01 * pose.position_m)
 
 
 def test_a_tape_that_begins_elsewhere_is_told_apart(estimates, session, capsys):

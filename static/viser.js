@@ -119,3 +119,8 @@ document.addEventListener("pointerdown", (event) => {
   event.stopPropagation();
   if (event.button === 0) viserPage.openTab(tab);
 }, { capture: true });
+
+// viser's boxes of numbers, when they are left, would bring what was typed beyond a slider's track back to its end.
+document.addEventListener("focusout", (event) => {
+  if (event.target.closest?.(".mantine-NumberInput-root")) event.stopPropagation();
+}, { capture: true });

@@ -107,7 +107,10 @@ class Analysis:
     def trust(self) -> Trust:
         """How far the result can be trusted; in a sequence with the probability that the track gives."""
         tracked = None if self.tracked_frame is None else self.tracked_frame.tracked
-        return trust_of(self.estimate, tracked, assumed=self.view.assumed, fitting_lights=self.fitting_lights)
+        view, camera = self.view, self.view.camera
+        ratios = camera.fx / camera.fy, view.given_fx_per_fy
+        lights = self.fitting_lights
+        return trust_of(self.estimate, tracked, assumed=view.assumed, fitting_lights=lights, fx_per_fy=ratios)
 
 
 def analyse(view: View, last: Analysis | None = None) -> Analysis:

@@ -47,9 +47,10 @@ def _with_given(view: View, *, camera: bool = True, dock: bool = True) -> View:
 
 def with_these_as_mine(view: View) -> View:
     """Take the camera and the dock in force for My tank; an assumed camera is nobody's."""
-    camera = view.tank.camera if view.camera_of == "guess" else view.camera
-    camera_of = view.camera_of if view.camera_of == "guess" else "tank"
-    return with_own_dock(replace(view, tank=changed(view.tank, camera=camera), camera_of=camera_of), view.dock)
+    if view.camera_of != "guess":
+        tank = changed(view.tank, camera=view.camera, fx_per_fy=view.given_fx_per_fy)
+        view = replace(view, tank=tank, camera_of="tank")
+    return with_own_dock(view, view.dock)
 
 
 def with_own_camera(view: View, camera: Camera, name: str) -> View:
@@ -59,8 +60,18 @@ def with_own_camera(view: View, camera: Camera, name: str) -> View:
         fitting = camera.for_size(width, height)
     except ValueError as error:
         raise UserError(f"{name}: {error}") from error
-    own = replace(view, camera=fitting, camera_of="tank", tank=changed(view.tank, camera=camera))
+    own = replace(view, camera=fitting, camera_of="tank", tank=view.tank.with_given(camera, None))
     return _with_given(own, dock=False)
+
+
+def with_calibrated_camera(view: View, camera: Camera) -> View:
+    """Take a calibrated camera for My tank, and look with it unless the picture is of another shape."""
+    try:
+        return with_own_camera(view, camera, "the calibration")
+    except UserError:
+        size = f"{camera.width} x {camera.height}"
+        note = f"The calibrated camera, for {size}, is My tank's; this picture has another shape."
+        return replace(with_tank(view, view.tank.with_given(camera, None)), note=note)
 
 
 def with_own_dock(view: View, dock: Dock) -> View:
@@ -76,7 +87,10 @@ def kept(before: View, after: View) -> View:
     if after.image is not before.image or after.tank is not before.tank:
         return after
     if after.camera != before.camera and after.camera_of == before.camera_of != "picture":
-        after = replace(after, tank=changed(after.tank, camera=after.camera), camera_of="tank")
+        ratio = after.given_fx_per_fy
+        fx_per_fy = None if after.camera.fx / after.camera.fy == ratio else ratio
+        tank = changed(after.tank, camera=after.camera, fx_per_fy=fx_per_fy)
+        after = replace(after, tank=tank, camera_of="tank")
     if after.dock != before.dock and after.dock_of == before.dock_of != "picture":
         knows_diameter = after.dock.diameter != before.dock.diameter or before.dock_of == "tank"
         tank = changed(after.tank, dock=after.dock, knows_diameter=knows_diameter)
@@ -166,7 +180,7 @@ def with_camera_file(view: View, data: bytes, name: str) -> View:
         if view.camera_of != "picture":
             raise
         note = f"{name} is for pictures of {camera.width} x {camera.height}; the one shown keeps its own camera."
-        return replace(view, tank=changed(view.tank, camera=camera), note=note)
+        return replace(view, tank=view.tank.with_given(camera, None), note=note)
 
 
 def dock_file(dock: Dock) -> bytes:

@@ -44,6 +44,7 @@ class Parameter:
     scale: float = 1  # how many times as large as the stored number people see it
     whole: bool = False  # whether to round to whole numbers
     needs: str = ""  # what there must be for it to be set, as "camera.port"
+    around: bool = False  # whether its slider reaches a fifth to either side of what was given; more can be typed
     # in place of ``scale``: ``shown(part)`` is the number for what is at ``path``, and ``stored(number, part)`` is what
     # to put there for a number
     shown: Callable[[Any], float] | None = None
@@ -56,6 +57,14 @@ class Parameter:
     def range(self, view: View) -> Limits:
         """Return the limits; they depend on what came with the picture, not on where the slider stands."""
         return self.limits(view) if callable(self.limits) else self.limits
+
+    def track(self, view: View) -> Limits:
+        """Return the limits of its slider, which reach as far as where it stands."""
+        given = self.get(replace(view, camera=view.given_camera, dock=view.given_dock)) if self.around else 0
+        if given <= 0:
+            return self.range(view)
+        now, step = self.get(view), float(f"{given / 1000:.2g}")
+        return Limits(round(min(0.8 * given, now), 2), round(max(1.2 * given, now), 2), step)
 
     def get(self, view: View) -> float:
         """Return the number in the label's unit."""
@@ -180,8 +189,14 @@ SCENE = SCENE_POSE | SCENE_WATER | SCENE_DISTURBANCES
 PARAMETERS = LENS | DISTORTION | PORT | DOCK | DETECTION | SCENE
 
 
+_FOCAL = {LENS["fx"].label, LENS["fy"].label}
+
+
 def with_given_number(view: View, label: str) -> View:
-    """Set the number of that label back to what was given of the camera or the dock."""
+    """Set the number of that label back to what was given of the camera or the dock; of fx and fy both."""
     given = replace(view, camera=view.given_camera, dock=view.given_dock)
-    found = [one for one in (LENS | DISTORTION | PORT | DOCK).values() if one.label == label and one.is_there(view)]
-    return found[0].put(view, found[0].get(given)) if found else view
+    labels = _FOCAL if label in _FOCAL else {label}
+    for one in (LENS | DISTORTION | PORT | DOCK).values():
+        if one.label in labels and one.is_there(view):
+            view = one.put(view, one.get(given))
+    return view

@@ -22,13 +22,13 @@ class Tank(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     camera: Camera | None = None
     dock: Dock = _ASSUMED_DOCK
     knows_diameter: bool = False  # whether somebody has given the dock's diameter, be it the one that is assumed
+    fx_per_fy: float | None = None  # as the camera was given, once a person has changed it
 
     def with_given(self, camera: Camera | None, dock: Dock | None) -> "Tank":
         """The tank with a camera and a dock that were given at the start, None for its own."""
         knows_diameter = self.knows_diameter or dock is not None
-        return msgspec.structs.replace(
-            self, camera=camera or self.camera, dock=dock or self.dock, knows_diameter=knows_diameter
-        )
+        lens = {} if camera is None else {"camera": camera, "fx_per_fy": None}
+        return msgspec.structs.replace(self, **lens, dock=dock or self.dock, knows_diameter=knows_diameter)
 
 
 class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -25,6 +25,7 @@ PREDICTED = "Dock predicted, not measured"
 TOSS_UP = 2 / 3  # a pose that is not even twice as likely as the other
 # Twice the standard deviation holds the truth 19 times in 20: within a tenth of the range, or not even a fifth.
 EXACT_SHARE, ROUGH_SHARE = 0.05, 0.10
+STRETCHED = 0.01  # by which fx/fy may differ from that of the camera's file
 
 
 @dataclass(frozen=True)
@@ -48,9 +49,11 @@ def trust_in(
     probability: float | None = None,
     predicted: bool = False,
     fitting_lights: int | None = None,
+    fx_per_fy: tuple[float, float] = (1.0, 1.0),
 ) -> Trust:
     """Judge how far a result can be trusted; ``assumed`` names what nobody has given, of "camera" and "dock".
 
+    ``fx_per_fy`` is that ratio as it is set, and as the camera was given.
     ``predicted`` says that the track goes on elsewhere than where this frame shows a ring.
     """
     if found.selected is None:
@@ -61,6 +64,9 @@ def trust_in(
     if fitting_lights is not None:
         doubts.append(("red", f"{fitting_lights} lights form a ring; the dock is set to {found.dock.lights}."))
     doubts += [*_doubts_about_pose(found, probability), *_doubts_about_range(found), *_doubts_about_ring(found)]
+    now, given = fx_per_fy
+    if abs(now / given - 1) > STRETCHED:
+        doubts.append(("amber", f"fx/fy is {now:.3f} and was {given:.3f} as given: tilts and range are wrong by it."))
     if "camera" in assumed:
         doubts.append(("amber", "The camera is not known and its view was assumed, so distances are only rough."))
     if "dock" in assumed:

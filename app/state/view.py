@@ -114,6 +114,12 @@ class View:
         """The measured pose, where all of it was measured."""
         return None if self.measured is None else self.measured.pose
 
+    @property
+    def given_fx_per_fy(self) -> float:
+        """The ratio of fx to fy as the camera was given, 1 for square pixels."""
+        kept = self.tank.fx_per_fy if self.camera_of == "tank" else None
+        return kept or self.given_camera.fx / self.given_camera.fy
+
     @cached_property
     def assumed(self) -> tuple[str, ...]:
         """Which of camera and dock nobody has given."""

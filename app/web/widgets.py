@@ -143,7 +143,7 @@ class Slider:
 
     def __init__(self, app: Page, parameter: Parameter, put: Callable[[View, Any], View] | None = None) -> None:
         self._parameter, put, change = parameter, put or parameter.put, app.change
-        self.handle = app.server.gui.add_slider(
+        self.handle: Any = app.server.gui.add_slider(
             parameter.label, min=0.0, max=1.0, step=1.0, initial_value=0.0, hint=parameter.hint
         )
 
@@ -152,13 +152,16 @@ class Slider:
             new = put(view, sent)
             if not math.isclose(parameter.get(new), sent, rel_tol=1e-9, abs_tol=1e-4):  # it was out of range
                 return_when_idle(self.handle, change, client, self.load)
+            if not self.handle.min <= parameter.get(new) <= self.handle.max:  # typed beyond the slider's track
+                self.load(new, with_value=False)
             return new
 
         app.choices.on_update(self.handle, lambda client: change(partial(changed, client), client))
 
     def load(self, view: View, *, with_value: bool = True) -> None:
         """Set the range and, by default, the value; the box shows as many decimals as a step has, at least one."""
-        limits, handle = self._parameter.range(view), self.handle
+        limits, handle, widest = self._parameter.track(view), self.handle, self._parameter.range(view)
+        handle.widest = widest.low, widest.high
         handle.min, handle.max, handle.step = limits.low, limits.high, limits.step
         handle.disabled = not self._parameter.is_there(view)
         handle.precision = 0 if self._parameter.whole else max(1, math.ceil(-math.log10(limits.step)))

@@ -21,8 +21,8 @@ def test_arrow_key_changes_z_by_one_step(page):
     page.slider("Diameter (cm)").focus()
     for step in range(1, 6):
         page.page.keyboard.press("ArrowRight")
-        page.until(lambda step=step: page.app.view.dock.diameter == pytest.approx(0.3 + 0.001 * step))
-    page.until(lambda: page.z_cm == pytest.approx(true_z_cm("plain") * 30.5 / 30, abs=0.3))
+        page.until(lambda step=step: page.app.view.dock.diameter == pytest.approx(0.3 + 0.0003 * step))
+    page.until(lambda: page.z_cm == pytest.approx(true_z_cm("plain") * 30.15 / 30, abs=0.1))
 
 
 def test_dragged_diameter_ends_on_the_newest_value(page):
@@ -36,7 +36,7 @@ def test_dragged_diameter_ends_on_the_newest_value(page):
     box = page.box("Diameter (cm)")
     page.until(lambda: page.app.view.dock.diameter == pytest.approx(float(box.input_value()) / 100))
     diameter_cm = float(box.input_value())
-    assert diameter_cm > 100
+    assert diameter_cm == 36  # the end of the track
     expected = true_z_cm("plain") * diameter_cm / 30
     page.until(lambda: page.z_cm == pytest.approx(expected, rel=0.003))
     box.fill("60")
@@ -50,13 +50,25 @@ def test_keys_step_a_slider_and_a_double_click_sets_it_back_to_what_the_file_has
     for _ in range(3):
         page.page.keyboard.press("ArrowRight")
         page.rest()
-    page.until(lambda: page.app.view.camera.fx == 703)
-    chip = page.page.get_by_role("button", name="Not as given: fx (px): 700 → 703")
+    page.until(lambda: page.app.view.camera.fx == pytest.approx(702.1))
+    chip = page.page.get_by_role("button", name="Not as given: fx (px): 700 → 702.1. fy (px): 700 → 702.1")
     chip.wait_for()
     slider.dblclick()
     page.until(lambda: page.app.view.camera == page.app.view.given_camera)
     page.until(lambda: page.box("fx (px)").input_value() == "700")
     chip.wait_for(state="hidden")
+
+
+def test_a_pixel_of_a_slider_is_a_third_of_a_percent_and_more_is_typed(page):
+    page.tab("Tank")
+    for label, given in (("fx (px)", 700), ("Diameter (cm)", 30)):
+        track = page.row(label).locator(".mantine-Slider-trackContainer").bounding_box()
+        assert 0.4 / track["width"] < 0.0035  # of the given number, two fifths of which are the track
+        page.box(label).fill(str(2 * given))
+        page.page.keyboard.press("Tab")
+        page.until(lambda given=given: given * 2 in (page.app.view.camera.fx, 100 * page.app.view.dock.diameter))
+        page.until(lambda label=label, given=given: page.box(label).input_value() == str(2 * given))
+    assert page.app.view.camera.fy == 1400
 
 
 def test_back_to_the_given_values_by_a_button_and_with_another_sample(page):

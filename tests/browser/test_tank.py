@@ -165,7 +165,7 @@ def test_box_never_keeps_a_number_that_was_not_taken(page):
     page.until(lambda: fx.input_value() == in_force)
     page.page.keyboard.press("Control+a")
     page.page.keyboard.type("812", delay=150)  # an 8 on the way to 812 is no number that was refused
-    page.until(lambda: page.app.view.camera.fx == 812 and fx.input_value() == "812")
+    page.until(lambda: page.app.view.camera.fx == page.app.view.camera.fy == 812 and fx.input_value() == "812")
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.export.words import MEDIA, camera_lines, outcome
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import LatestWorker, Progress
-from dockpose.app.state.camera import with_own_camera
+from dockpose.app.state.camera import camera_file, with_calibrated_camera
 from dockpose.app.web.choices import Client
 from dockpose.app.web.html import small
 from dockpose.app.web.page import Page
@@ -88,8 +88,8 @@ class CalibrationPanel(Panel):
         self._covered = self.gui.add_html("", order=5)
         self.add("button", "fit", lambda client: self.app.work.start(self._fit, client))
         self._result = self.gui.add_html("", order=8)
-        with_camera = self.changing(lambda view: with_own_camera(view, self._camera(), "the calibration"))
-        self._use = self.add("button", "use", with_camera)
+        use = self.add("button", "use", self.changing(lambda view: with_calibrated_camera(view, self._camera())))
+        self._of_camera = use, self.add_download("save", "camera.yaml", lambda view: camera_file(self._camera()))
         self.add("button", "again", self.trying(self._clear))
 
     def _ready(self, greys: Iterable[np.ndarray] = ()) -> Gathering:
@@ -105,7 +105,8 @@ class CalibrationPanel(Panel):
         self._gathering, self._dropped, self._done = Gathering(board, distinct=True), {}, None
         for handle in (self._seen, self._covered, self._result):
             handle.content = ""
-        self._shown.visible = self._use.visible = False
+        self._shown.visible = False
+        self._offer_camera(False)
         self._show_gathered()
 
     def _add_shown(self, client: Client) -> None:
@@ -201,7 +202,7 @@ class CalibrationPanel(Panel):
                 self._done = done
                 self._result.content = "".join([small(escape(line), 'class="calibration-line"') for line in lines])
                 self._show_cards(done.views)
-                self._use.visible = True
+                self._offer_camera(True)
         if not is_of_these:  # a click dropped one meanwhile
             self._fit(progress)
 
@@ -222,9 +223,13 @@ class CalibrationPanel(Panel):
             self._show_gathered()
             self._done = None  # it was of other pictures
             self._result.content = ""
-            self._use.visible = False
+            self._offer_camera(False)
         if was_done:
             self.app.work.start(self._fit, client)
+
+    def _offer_camera(self, is_there: bool) -> None:
+        for button in self._of_camera:
+            button.visible = is_there
 
     def _camera(self) -> Camera:
         if self._done is None:

@@ -1,5 +1,6 @@
 """The tab Tank: the saved tanks, camera and dock, the error budget; and chips for what rules the next picture too."""
 
+from dataclasses import replace
 from functools import partial
 from html import escape
 from typing import Any
@@ -30,10 +31,13 @@ from msgspec.structs import replace as changed
 
 
 def with_focal(view: View, name: str, value: Any, *, both: bool) -> View:
-    """Set fx or fy in pixels, or both to the same number."""
-    for one in ("fx", "fy") if both else (name,):
-        view = put(view, one, value)
-    return view
+    """Set fx or fy in pixels, or both in the ratio that the camera was given with."""
+    if not both:
+        return put(view, name, value)
+    moved = put(view, name, value).camera
+    ratio = view.given_fx_per_fy
+    camera = changed(moved, fy=moved.fx / ratio) if name == "fx" else changed(moved, fx=moved.fy * ratio)
+    return replace(view, camera=camera)
 
 
 class CameraPanel(Panel):
@@ -60,12 +64,6 @@ class CameraPanel(Panel):
             self.add_download("save_dock", "dock.yaml", lambda view: optics.dock_file(view.dock))
         self.add_upload(area, "load", self.changing_by_file(optics.with_camera_file), ",".join(ENDINGS))
         self._add_spacing()
-
-    def load(self, view: View) -> None:
-        """Set the sliders' ranges and values."""
-        super().load(view)
-        if view.camera.fx != view.camera.fy:
-            self._lock.value = False
 
     def _add_main_numbers(self) -> None:
         """What everything hangs on, in sight when the page opens."""

@@ -62,7 +62,8 @@ def why_not(control: Any, value: Any) -> str | None:
             else f"it is no text of up to {MOST_LETTERS} letters"
         )
     if isinstance(control, viser.GuiNumberHandle | viser.GuiSliderHandle):
-        return _out_of_range(value, control.min, control.max, control.precision)
+        low, high = getattr(control, "widest", (control.min, control.max))  # more than a slider's track can be typed
+        return _out_of_range(value, low, high, control.precision)
     if isinstance(control, viser.GuiVector2Handle):
         if not isinstance(value, list) or len(value) != 2:
             return "it is not a pair of numbers"

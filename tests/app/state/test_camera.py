@@ -66,6 +66,21 @@ def test_what_is_changed_on_an_own_picture_is_my_tank_s(own):
     )
 
 
+def test_the_ratio_of_the_file_outlives_the_picture_on_which_it_was_changed(own, sample):
+    stretched = do(own, put, "fx", 900)
+    for view in (
+        stretched,
+        with_upload(stretched, PICTURE, "b.png"),
+        with_upload(with_sample(stretched, "plain"), PICTURE, "c"),
+    ):
+        assert (view.camera.fx / view.camera.fy, view.given_fx_per_fy) == (pytest.approx(900 / 812), 1)
+    assert with_sample(stretched, "plain").given_fx_per_fy == 1
+    wide = Camera(1000, 800, 319.5, 239.5, 640, 480)
+    assert optics.with_own_camera(stretched, wide, "wide").given_fx_per_fy == 1.25
+    taken = do(do(with_sample(own, "plain"), put, "fx", 770), optics.with_these_as_mine)
+    assert (with_upload(taken, PICTURE, "b.png").given_fx_per_fy, taken.camera.fx / taken.camera.fy) == (1, 1.1)
+
+
 def test_guessed_camera_is_the_operators_once_a_number_is_typed_and_its_note_goes(sample):
     view = with_upload(open_source(None, None, None), SQUARE, "a.png")
     assert (view.camera_of, "60 degrees was assumed" in view.notes[0]) == ("guess", True)
@@ -84,6 +99,19 @@ def test_camera_file_is_the_operators_whatever_is_looked_at(sample):
     )
     assert (loaded.camera.fx, fx_of(loaded.tank), loaded.tank.dock) == (600, 600, MINE.dock)
     assert optics.in_force_words(loaded) == "In use here: My tank's camera and the dock of the sample."
+
+
+def test_a_calibrated_camera_is_my_tank_s_whichever_picture_is_open(sample, own):
+    new = Camera(650, 650, 319.5, 239.5, 640, 480)
+    used = do(own, optics.with_calibrated_camera, new)
+    assert (used.camera, used.camera_of, used.tank.camera, used.notes) == (new, "tank", new, ())
+    square = with_upload(sample, SQUARE, "a.png")
+    used = do(square, optics.with_calibrated_camera, new)
+    assert (used.tank.camera, used.camera_of, used.camera) == (new, "guess", square.camera)
+    assert "The calibrated camera, for 640 x 480, is My tank's; this picture has another shape." in used.notes
+    assert with_upload(used, PICTURE, "b.png").camera == new
+    sample_square = do(sample, optics.with_calibrated_camera, Camera(650, 650, 149.5, 149.5, 300, 300))
+    assert (sample_square.camera_of, sample_square.camera) == ("picture", sample.camera)
 
 
 def test_picture_with_a_yaml_beside_it_says_which_it_uses(sample, tmp_path):

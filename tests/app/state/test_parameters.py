@@ -4,7 +4,7 @@ import pytest
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.state.camera import with_port
-from dockpose.app.state.parameters import DISTORTION, LENS, PARAMETERS, PORT, SCENE, put
+from dockpose.app.state.parameters import DISTORTION, LENS, PARAMETERS, PORT, SCENE, Limits, put
 from dockpose.app.state.scene import SOURCE_NAME
 from dockpose.app.state.view import open_source
 
@@ -79,6 +79,20 @@ def test_limits_hold_still_while_a_slider_moves_and_include_what_was_given():
     moved = put(put(view, "fx", 300), "diameter_cm", 20)
     assert {name: parameter.range(moved) for name, parameter in LENS.items()} == limits
     assert diameter.range(moved) == diameter.range(view)
+
+
+def test_sliders_reach_a_fifth_to_either_side_of_what_was_given_and_as_far_as_what_was_typed(view):
+    fx, diameter = PARAMETERS["fx"], PARAMETERS["diameter_cm"]
+    assert fx.track(view) == Limits(560, 840, 0.7)
+    assert diameter.track(view) == Limits(24, 36, 0.03)
+    assert fx.track(put(view, "fx", 800)) == fx.track(view)
+    assert fx.track(put(view, "fx", 900)) == Limits(560, 900, 0.7)
+    assert diameter.track(put(view, "diameter_cm", 5)) == Limits(5, 36, 0.03)
+    for name in ("lights", "level", "k1", "z_cm"):
+        assert PARAMETERS[name].track(view) == PARAMETERS[name].range(view)
+    odd = open_source(None, Camera(5000, 60, -20, 0, 640, 480), None)
+    assert PARAMETERS["cx"].track(odd) == PARAMETERS["cx"].range(odd)
+    assert PARAMETERS["cy"].track(odd) == PARAMETERS["cy"].range(odd)
 
 
 def test_coefficients_come_and_go(view):

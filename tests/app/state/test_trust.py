@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_pose_by_hand
+from dockpose.app.state.parameters import put
 from dockpose.app.state.trust import NO_POSE, VERDICTS, trust_in
 from dockpose.lights.ring import tolerance_px
+from msgspec.structs import replace as replaced
 
 from tests.support.poses import with_sigmas
 from tests.support.scenes import CAMERA
@@ -66,6 +68,21 @@ def test_error_beyond_what_a_dock_is_built_to(found, times, colour):
     trust = trust_in(with_choice(found, rms_px=times * tolerance_px(found.ellipse.semi_axes_px[0])))
     assert trust.colour == colour
     assert ("learn-dock" in trust.sentence) == (colour == "amber")
+
+
+@pytest.mark.parametrize(
+    ("fx", "colour"), [(700, "green"), (706.9, "green"), (707.1, "amber"), (810, "amber"), (693, "amber")]
+)
+def test_fx_moved_without_fy(view, fx, colour):
+    trust = analyse(put(view, "fx", fx)).trust  # the file says 700 for both
+    assert trust.colour == colour
+    assert (f"fx/fy is {fx / 700:.3f} and was 1.000 as given" in trust.sentence) == (colour == "amber")
+
+
+def test_pixels_that_the_file_says_are_not_square_are_no_doubt(view):
+    tall = replace(view, given_camera=replaced(view.camera, fx=840.0), camera=replaced(view.camera, fx=840.0))
+    assert "fx/fy" not in analyse(tall).trust.sentence
+    assert "fx/fy is 1.000 and was 1.200" in analyse(put(tall, "fx", 700)).trust.sentence
 
 
 def test_pose_by_hand_is_never_green_and_says_so(found, view):

@@ -13,7 +13,6 @@ from dockpose.app.state.scene import NOT_OF_THE_PAPER, paper_scene
 from dockpose.app.state.view import View
 from dockpose.camera.image import to_grey
 from dockpose.lights.masks import hide
-from dockpose.paper.levels import RIGHT_SHARE
 from dockpose.paper.rivals import RIVALS
 from dockpose.pose.known import pose_error
 from dockpose.simulate import truth_of
@@ -58,7 +57,7 @@ def figure_15(view: View) -> list[tuple[str, int, int, bool]] | None:
         return None
     found, truth = compare(view.image, scene.camera, scene.dock, methods=("hats", *RIVALS)), truth_of(scene)
     return [
-        (METHODS[name].label, one.threshold.level, one.markers.seen, is_right(one.selected, truth, RIGHT_SHARE))
+        (METHODS[name].label, one.threshold.level, one.markers.seen, is_right(one.selected, truth))
         for name, one in found.items()
         if one.threshold is not None and one.markers is not None
     ]

@@ -15,6 +15,7 @@ from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background
 from dockpose.simulate.sequence import steer
 from dockpose.study.draw import tilted_pose, unit
+from dockpose.study.judge import is_right
 from dockpose.tracking import Tracker
 
 DOCK = Dock(DIAMETER_M, 10)
@@ -30,8 +31,7 @@ class Course(NamedTuple):
     """One approach, steered by one rule."""
 
     range_m: float  # of the dock in the first frame
-    # (frames,): whether the chosen pose is the nearer one to the truth, or both are the same within their errors
-    right: np.ndarray
+    right: np.ndarray  # (frames,): whether the chosen pose is the true one
     off_axis_deg: np.ndarray  # (frames,): angle between the dock's normal and the line of sight, 0 if square on
 
 
@@ -90,26 +90,12 @@ def run_approach(seed: int, number: int, rule: str) -> Course:
             raise
         # A vehicle that went astray has passed the dock, which is now behind the camera: it has no more frames.
     rest = FRAMES - len(frames)
-    right = [_is_right(frame, found) for frame, found in zip(frames, estimates, strict=True)]
+    right = [is_right(frame.observed, frame.truth) for frame in frames]
     truths = [frame.truth for frame in frames]
     cosines = [-float(truth.normal @ unit(truth.position_m)) for truth in truths]
     off_deg = [math.degrees(math.acos(max(-1.0, min(1.0, one)))) for one in cosines + cosines[-1:] * rest]
     range_m = float(np.linalg.norm(truths[0].position_m))
     return Course(range_m, np.array(right + [False] * rest), np.array(off_deg))
-
-
-def _is_right(frame: RenderedFrame, found: Estimate) -> bool:
-    """Whether the observed pose is nearer to the truth than its twin, mirrored about the line of sight."""
-    pose, normal = frame.observed, frame.truth.normal
-    if pose is None:
-        return False
-    if found.choice is not None and found.choice.coincide:
-        return True
-    twins = [other.normal for other in found.candidates if other is not pose]
-    if len(twins) == len(found.candidates):  # predicted: no candidate of this frame
-        sight = unit(pose.position_m)
-        twins = [2 * (pose.normal @ sight) * sight - pose.normal]
-    return all(bool(pose.normal @ normal >= twin @ normal) for twin in twins)
 
 
 class Orientation(NamedTuple):

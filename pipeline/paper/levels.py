@@ -18,7 +18,6 @@ from dockpose.thresholds import LEVELS, Histogram, histogram_of
 from dockpose.thresholds.hats import hats
 
 SAME_LIGHT_PX = 4.0  # a group so near to a light is that light
-RIGHT_SHARE = 0.03  # of the range, for a pose to be right in the report
 MIN_AREA_PX = Settings().min_area_px
 FEWER = 2 / 3  # of the lights are left at the higher of two levels, at most
 PARAMETERS = ("centre x", "centre y", "semi-major axis", "semi-minor axis", "angle", "eccentricity")
@@ -89,7 +88,7 @@ class Picture:
         settings = Settings(method="fixed", level=level)
         found = estimate(self.image, self.scene.camera, self.scene.dock, settings, fall_back=False)
         kept = float((self.histogram.levels >= level).mean())
-        right = is_right(found.selected, self.truth, RIGHT_SHARE)
+        right = is_right(found.selected, self.truth)
         return AtLevel(level, kept, int(self.groups[level]), found, self.off(found), right)
 
     def off(self, found: Estimate) -> tuple[float, float]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 import numpy as np
 from dockpose.camera.image import to_grey
 from dockpose.estimate import estimate
-from dockpose.paper.levels import RIGHT_SHARE, any_level_shows_the_lights, are_the_lights, group_centres, poses_of_all
+from dockpose.paper.levels import any_level_shows_the_lights, are_the_lights, group_centres, poses_of_all
 from dockpose.paper.scenes import draw_scenes
 from dockpose.pixels.bright import SATURATED
 from dockpose.settings import Settings
@@ -144,7 +144,7 @@ def _compared(seed: int, searches: Callable[[Histogram], dict[str, Settings]]) -
         row = {column: {name: judged[one][k] for name, one in wanted.items()} for k, column in enumerate(COLUMNS)}
         row["exact"][ANY_LEVEL] = any_level_shows_the_lights(histogram, truth.lights_px[truth.visible])
         found = estimate(picture.image, scene.camera, scene.dock)
-        row["right"][PER_LIGHT] = is_right(found.selected, truth, RIGHT_SHARE)
+        row["right"][PER_LIGHT] = is_right(found.selected, truth)
         rows.append(row)
     return {
         column: {name: np.array([row[column][name] for row in rows]) for name in of} for column, of in rows[0].items()
@@ -158,5 +158,5 @@ def _judged(picture: Picture, histogram: Histogram, settings: Settings) -> tuple
     level = LEVELS if found.threshold is None else found.threshold.level
     points_px = group_centres(histogram, level, settings.min_area_px)
     poses = (*poses_of_all(points_px, scene.camera, scene.dock), found.selected)
-    *chain, chosen = (is_right(pose, truth, RIGHT_SHARE) for pose in poses)
+    *chain, chosen = (is_right(pose, truth) for pose in poses)
     return are_the_lights(points_px, truth.lights_px[truth.visible]), any(chain), chosen

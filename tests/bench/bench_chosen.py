@@ -18,11 +18,11 @@ import numpy as np
 from dockpose import Camera, Dock, Tracker, estimate
 from dockpose.camera.image import read
 from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.study.judge import SURE, Judgement, judged
 
-from tests.bench.built import built
+from tests.bench.bench_built import built
 from tests.bench.lamps import DIAMETER_M, draw_lamps
 from tests.bench.seen_scenes import Shown, circle, closest_px, dock_drawn, drawn, even, on_picture, seen_from
-from tests.support.judged import SURE, Judgement, judge
 
 BINS = (0.5, 0.8, 0.95, 0.99, 1.0001)
 _LED_FIELD_OF_VIEW = 1.1547  # of a photograph's width to the assumed focal length: 60 degrees across
@@ -181,13 +181,10 @@ def run(job: tuple[str, int, int]) -> Came:
     kind, base, seed = job
     shown = KINDS[kind](np.random.default_rng([base, seed, *kind.encode()]))
     found = estimate(shown.image, shown.camera, shown.dock)
-    normal = np.array([0.0, 0.0, -1.0]) if shown.normal is None else shown.normal
-    place = np.ones(3) if shown.position_m is None else shown.position_m
-    judged = judge(found, place, normal)
-    side = None
-    if judged.found and shown.position_m is not None:
+    came, side = judged(found, *shown.truth), None
+    if came.found and shown.position_m is not None:
         side = _has_true_side(found.candidates[0], found.candidates[1], shown)
-    return Came(judged, found.message, side)
+    return Came(came, found.message, side)
 
 
 def _has_true_side(chosen: CirclePose, other: CirclePose, shown: Shown) -> bool:
@@ -241,7 +238,7 @@ def run_photograph(job: tuple[Path, str, bool]) -> Came | None:
     within = 0.06 * entry.get("radius_px", float(np.ptp(lights, axis=0).max()) / 2) + 4
     apart = np.linalg.norm(on_px[:, None] - lights, axis=2)
     is_ring = (apart.min(axis=1) < within).mean() > 0.85 and (apart.min(axis=0) < within).mean() > 0.5
-    judged = Judgement(
+    came = Judgement(
         found=True,
         right=bool(is_ring),
         either=is_sure,
@@ -249,7 +246,7 @@ def run_photograph(job: tuple[Path, str, bool]) -> Came | None:
         detection=found.detection or 0.0,
     )
     return Came(
-        judged,
+        came,
         found.message,
         _has_side([_rising(pose.position_m, pose.normal) for pose in found.candidates], rising),
     )
@@ -294,7 +291,7 @@ def _rising_of_marks(tangents: np.ndarray, number: int) -> tuple[np.ndarray, boo
 
 def report(name: str, came: Sequence[Came]) -> None:
     """Print a line for a kind, and p in bins where that is asked."""
-    judged = [one.judged for one in came]
+    whole = [one.judged for one in came]
     found = [one for one in came if one.judged.found]
     total = max(1, len(came))
 
@@ -305,9 +302,9 @@ def report(name: str, came: Sequence[Came]) -> None:
     decided = [one.judged for one in found if one.judged.probability >= SURE]
     holds = np.array([one.judged.holds for one in found if one.judged.holds], dtype=bool).reshape(-1, 5)
     print(
-        f"{name:22} of {len(came):4} found {share([one.found for one in judged], total)}"
-        f" right {share([one.right for one in judged], total)} either {share([one.either for one in judged], total)}"
-        f" | undecided {share([one.undecided for one in judged], total)}"
+        f"{name:22} of {len(came):4} found {share([one.found for one in whole], total)}"
+        f" right {share([one.right for one in whole], total)} either {share([one.either for one in whole], total)}"
+        f" | undecided {share([one.undecided for one in whole], total)}"
         f" side {share([bool(one) for one in sides], max(1, len(sides)))}"
         f" wrong side and p>=.95 {sum(one.side is False and one.judged.probability >= SURE for one in found):3}"
         f" sure {sum(one.judged.sure for one in found):4} sure and wrong"

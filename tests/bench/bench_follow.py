@@ -19,17 +19,20 @@ from dockpose import Camera, Dock, Settings, Tracker, estimate
 from dockpose.app.processing.following import Following
 from dockpose.simulate import Lights, Pose, Scene, Sensor, render
 from dockpose.simulate.parts import Background, Lamp, Mirror, Occluder
+from dockpose.simulate.scene import Truth
 from dockpose.sources import Frame, Live
 from dockpose.sources.capture import Capture
+from dockpose.study.judge import RIGHT_SHARE, SURE, is_right
 
 CAMERA = Camera(fx=700.0, fy=700.0, cx=319.5, cy=239.5, width=640, height=480)
 DOCK = Dock(diameter=0.30, lights=10)
 FRAMES = 60
 RATES_HZ = (10.0, 30.0)
-NEAR, SURE = 0.05, 0.95  # share of the range that a right pose may be off; from which probability on it is sure
 EVERY = 4  # frames of which one is searched as well, for the drift
-MOST_DRIFT_PX = 0.05
+# In the middle of a film, and in any frame: a lamp of the other dock comes so near to a light that it is taken for it.
+MOST_DRIFT_PX, WORST_DRIFT_PX, WORST_REACHED_PX = 0.02, 0.05, {"second dock crosses": 0.8}
 Place = tuple[float, float, float]
+Shot = tuple[np.ndarray, Truth, float, int]  # picture, truth, time as the file has it, number
 
 
 @dataclass
@@ -45,8 +48,8 @@ class Film:
     turn_deg: Callable[[float], float] = lambda time_s: 15.0
     settings: Settings = field(default_factory=Settings)
 
-    def frames(self, rate_hz: float, seed: int) -> Iterator[tuple[np.ndarray, float, Place, int]]:
-        """Picture, time as the file has it, where the dock is, and number."""
+    def frames(self, rate_hz: float, seed: int) -> Iterator[Shot]:
+        """All of the film."""
         rng = np.random.default_rng(seed)
         roll = rng.uniform(0, 36)
         for number in range(FRAMES):
@@ -67,7 +70,7 @@ class Film:
             changes = self.parts(time_s, shown)
             sensor = changes.pop("sensor", {})
             scene = msgspec.structs.replace(scene, sensor=msgspec.structs.replace(Sensor(), **sensor), **changes)
-            yield render(scene)[0], self.clock * number / rate_hz, moved, number
+            yield *render(scene), self.clock * number / rate_hz, number
 
 
 def ahead(z_m: float = 1.5, speed: float = 0.0) -> Callable[[float, int], Place]:
@@ -154,36 +157,38 @@ FILMS = {
 ASKED = {name: (0.98, 1) for name in FILMS} | {"all hidden for 5": (0.96, 2), "leaves and returns": (0.95, 2)}
 
 
-def drift_px(image: np.ndarray, found: Any) -> float | None:
-    """How far, root mean square, the followed centres are from those of the searched picture."""
+def drift_px(image: np.ndarray, found: Any, lights_px: np.ndarray) -> float | None:
+    """How much farther, root mean square, followed centres are from the truth than those of the searched picture."""
     alone = estimate(image, CAMERA, DOCK)
     if alone.status != "ok" or found.found_by != "following":
         return None
-    own, others = (one.markers.points_px[one.ring.on_ring] for one in (found, alone))
-    apart = np.linalg.norm(own[:, None] - others[None], axis=2).min(axis=1)
-    return float(np.sqrt(np.mean(apart[apart < 2] ** 2))) if (apart < 2).any() else None
+    own, others = (
+        np.linalg.norm(one.markers.points_px[one.ring.on_ring][:, None] - lights_px, axis=2).min(axis=1)
+        for one in (found, alone)
+    )
+    return float(np.sqrt(np.mean(own**2)) - np.sqrt(np.mean(others**2)))
 
 
 def scored(film: Film, rate_hz: float, seed: int) -> dict[str, float]:
     """Figures of one film."""
     following = Following(CAMERA, DOCK, film.settings, lambda text: None)
     right, seen, gap, longest, wrong, followed, drifts, found_off = 0, 0, 0, 0, 0, 0, [], 0
-    for image, time_s, place, number in film.frames(rate_hz, seed):
+    for image, truth, time_s, number in film.frames(rate_hz, seed):
         one = following.see(Frame(image, number, time_s, "film"))
-        tracked, range_m = one.tracked, float(np.linalg.norm(place))
+        tracked = one.tracked
         pose = None if tracked.selected is None else tracked.pose
-        off = math.inf if pose is None else float(np.linalg.norm(pose.position_m - place)) / range_m
+        is_right_one = is_right(pose, truth)
         followed += tracked.estimate.found_by == "following"
-        if pose is not None and off > NEAR:
+        if pose is not None and not is_right_one:
             sure = min(tracked.estimate.detection or 0.0, tracked.track.probability or 0.0)
             wrong += sure >= SURE
             found_off += one.trust.verdict.startswith("Dock found")
         if film.is_seen(number):
             seen += 1
-            right += off <= NEAR
-            gap = 0 if off <= NEAR else gap + 1
+            right += is_right_one
+            gap = 0 if is_right_one else gap + 1
             longest = max(longest, gap)
-        if number % EVERY == 1 and (drift := drift_px(image, tracked.estimate)) is not None:
+        if number % EVERY == 1 and (drift := drift_px(image, tracked.estimate, truth.lights_px)) is not None:
             drifts.append(drift)
     return {
         "right": right / seen,
@@ -208,6 +213,7 @@ def test_following_survives(name: str, rate_hz: float) -> None:
     assert figures["gap"] <= most
     assert figures["wrong"] == figures["found_off"] == 0
     assert not figures["drift"] >= MOST_DRIFT_PX
+    assert not figures["worst"] >= WORST_REACHED_PX.get(name, WORST_DRIFT_PX)
 
 
 def row(name: str, rate_hz: float, figures: dict[str, float]) -> str:
@@ -234,13 +240,13 @@ def test_no_frame_says_found_with_another_range_than_it_shows() -> None:
     says, films = 0, 50
     for seed in range(films):
         following = Following(CAMERA, DOCK, Settings(), lambda text: None)
-        for image, time_s, place, number in sudden(seed).frames(30.0, seed):
+        for image, truth, time_s, number in sudden(seed).frames(30.0, seed):
             if number == 20:
                 break
             one = following.see(Frame(image, number, time_s, "film"))
             told = re.search(r"dock is (-?[\d.]+) cm ahead", one.estimate.message)
             if told is not None and one.trust.verdict.startswith("Dock found"):
-                says += abs(float(told[1]) / 100 / place[2] - 1) >= NEAR
+                says += abs(float(told[1]) / 100 / truth.position_m[2] - 1) >= RIGHT_SHARE
     print(f"\n{films} films with cuts, stops and wrong rates: {says} frames say Dock found and are 5 % off (asked: 0)")
     assert says == 0
 

@@ -2,29 +2,22 @@
 
 import math
 
-import numpy as np
 from dockpose import Camera, Dock, estimate
 from dockpose.simulate import Pose, Scene, render
+from dockpose.study.judge import judged
 
 DOCK = Dock(0.30, lights=10)
 PINHOLE = Camera(1000, 1000, 639.5, 479.5, 1280, 960)
 FISHEYE = Camera(250, 250, 479.5, 479.5, 960, 960, fisheye=True, distortion=(0.0, 0.0, 0.0, 0.0))
 SEEDS = 10
-RIGHT_DEG, RIGHT_SHARE = 5.0, 0.03  # of the normal, and of the range
 
 
 def is_right(camera: Camera, pose: Pose, seed: int) -> bool | None:
     """Whether the right pose was found; None where no dock was."""
     scene = Scene(camera=camera, dock=DOCK, pose=pose, seed=seed)
     image, truth = render(scene)
-    found = estimate(image, camera, DOCK).selected
-    if found is None:
-        return None
-    true_m = np.asarray(truth.position_m)
-    off_deg = math.degrees(math.acos(min(1.0, float(found.normal @ np.asarray(truth.normal)))))
-    return bool(
-        off_deg <= RIGHT_DEG and np.linalg.norm(found.position_m - true_m) <= RIGHT_SHARE * np.linalg.norm(true_m)
-    )
+    came = judged(estimate(image, camera, DOCK), truth.position_m, truth.normal)
+    return came.right if came.found else None
 
 
 def shares(camera: Camera, poses: list[Pose]) -> tuple[int, int]:

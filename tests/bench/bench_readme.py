@@ -1,4 +1,4 @@
-"""The README's figures, measured again: those of the study by fewer scenes, whose intervals must meet the README's."""
+"""The README's figures, measured again: those of the study by fewer scenes, whose intervals must hold the README's."""
 
 import csv
 import math
@@ -13,6 +13,7 @@ from dockpose.study.summary import FACTORS, Columns, Summary, columns_of, summar
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES, SEED = 400, 7  # other scenes than those of `make report`
+ROUNDED = 0.5  # a figure of the README in per cent
 SIGMAS = 3  # of the share of errors below the README's figure: chance exceeds them in 0.3 %
 
 
@@ -35,8 +36,8 @@ def summary(columns: Columns) -> Summary:
 
 
 def meets(row: str, share: dict[str, float], said: list[float]) -> None:
-    """Assert that two intervals of a share have something in common; ``said`` are the README's, in per cent."""
-    low, high = 100 * share["low"], 100 * share["high"]
+    """Assert that one of the README's figures, in per cent and rounded, is within the interval of these scenes."""
+    low, high = 100 * share["low"] - ROUNDED, 100 * share["high"] + ROUNDED
     print(f"\n{row}: README {said[0]:g} to {said[-1]:g} %, here {low:.1f} to {high:.1f} % of {share['count']}")
     assert low <= said[-1]
     assert high >= said[0]
@@ -49,9 +50,9 @@ def test_shares_of_the_study(summary: Summary):
         "| reported docks that are right",
         "| docks reported where there",
     )
-    meets(found, product["success"], figures(found)[2:])
-    meets(right, product["right_of_reported"], figures(right)[1:])
-    meets(none, product["false_dock_without"], figures(none)[2:])
+    meets(found, product["success"], figures(found)[:1])
+    meets(right, product["right_of_reported"], figures(right)[:1])
+    meets(none, product["false_dock_without"], figures(none)[:1])
     held = "| 95 % intervals that hold"
     for name, share in summary["coverage"]["all"].items():
         meets(f"{held} {name}", share, figures(held))

@@ -15,7 +15,7 @@ from dockpose.camera.board import Board
 from dockpose.camera.calibrate import calibrate
 from dockpose.camera.sigma import errors_of, moved
 from dockpose.pose.circle import CirclePose
-from dockpose.study.judge import nearest, signed_errors
+from dockpose.study.judge import judged, nearest, signed_errors
 
 from tests.bench.lamps import draw_lamps, unit_normal
 from tests.bench.seen_scenes import circle, seen_from
@@ -25,7 +25,6 @@ SCENES = 200
 WITHIN = (0.92, 0.98)  # asked of each number
 LIGHTS_SIGMA_M, DIAMETER_SIGMA_M = 0.0005, 0.0009
 OFF_DIAMETER_M = 0.0005  # of the tank's docks
-RIGHT_DEG, RIGHT_SHARE = 5, 0.03
 
 
 def held(pose: CirclePose, position_m: np.ndarray, normal: np.ndarray) -> tuple[list[bool], list[bool]]:
@@ -99,12 +98,8 @@ def test_the_tank_by_its_boards_with_a_wrong_diameter():
             wrong = msgspec.structs.replace(dock, diameter=dock.diameter + OFF_DIAMETER_M, lamp_depth_m=depth_m)
             found = estimate(path, camera, wrong)
             position, normal = np.array(truth["position_m"]), np.array(truth["normal"])
-            pose = found.selected
-            if pose is None:
-                continue
-            off_deg = math.degrees(math.acos(np.clip(pose.normal @ normal, -1, 1)))
-            if off_deg < RIGHT_DEG and np.linalg.norm(pose.position_m - position) < RIGHT_SHARE * position[2]:
-                outcomes.append(held(pose, position, normal))
+            if found.selected is not None and judged(found, position, normal).right:
+                outcomes.append(held(found.selected, position, normal))
     total = table("The tank with a camera from its boards and 0.5 mm of diameter too much", outcomes)
     assert len(outcomes) > 20
     assert (total[:3] >= 0.90).all()

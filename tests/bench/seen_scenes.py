@@ -25,6 +25,13 @@ class Shown:
     position_m: np.ndarray | None = None
     normal: np.ndarray | None = None
 
+    @property
+    def truth(self) -> tuple[np.ndarray, np.ndarray]:
+        """Position (3,) and normal (3,) to judge by; where there is no dock, one behind the camera."""
+        if self.position_m is None or self.normal is None:
+            return np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, -1.0])
+        return self.position_m, self.normal
+
 
 @dataclass
 class Lamps:

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
-from dockpose import Camera, Dock, Estimate, estimate
+from dockpose import Camera, Dock, estimate
+from dockpose.study.judge import judged
 
 from tests.bench.lamps import DIAMETER_M, HALOS, Drawn, draw_lamps, ring_px, unit_normal
 from tests.bench.seen_scenes import closest_px
@@ -231,26 +232,10 @@ def _strew(scene: _Scene) -> None:
     scene.lamps_px = np.array(places)
 
 
-def outcome(drawn: Drawn, found: Estimate) -> str:
-    """What came of it: "right", "refused", "wrong", "sure" and wrong, or "undecided", the other being right."""
-    if found.status != "ok" or found.selected is None:
-        return "refused"
-    right = []
-    for pose in found.candidates:
-        range_off = np.linalg.norm(pose.position_m) / np.linalg.norm(drawn.position_m) - 1
-        angle_deg = np.degrees(np.arccos(np.clip(pose.normal @ drawn.normal, -1, 1)))
-        right.append(bool(abs(range_off) < 0.05 and angle_deg < 5))
-    if found.selected is found.candidates[right.index(True)] if any(right) else False:
-        return "right"
-    if (found.selected.probability or 0) >= 0.95:
-        return "sure"
-    return "undecided" if any(right) else "wrong"
-
-
 def run(job: tuple[str, int, bool]) -> tuple[str, str, int | None, float]:
     """Outcome, status, number told and chosen probability for a kind, a seed, and whether there is a ring."""
     kind, seed, ring = job
     drawn, told = draw(kind, seed, ring=ring)
     found = estimate(drawn.image, drawn.camera, Dock(DIAMETER_M, told))
     chance = 0.0 if found.selected is None else found.selected.probability or 0.0
-    return outcome(drawn, found), found.status, told, chance
+    return judged(found, drawn.position_m, drawn.normal).outcome, found.status, told, chance

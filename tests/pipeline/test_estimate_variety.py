@@ -4,8 +4,9 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, estimate
+from dockpose.study.judge import judged
 
-from tests.bench.variety import KINDS, draw, outcome
+from tests.bench.variety import KINDS, draw
 
 SEEDS = range(4)
 
@@ -15,7 +16,7 @@ def test_the_ring_is_found_whatever_befalls_the_picture(kind):
     for seed in SEEDS:
         drawn, told = draw(kind, seed, sizes=2)
         found = estimate(drawn.image, drawn.camera, Dock(drawn.dock.diameter, told))
-        assert outcome(drawn, found) == "right", (seed, found.status, found.message)
+        assert judged(found, drawn.position_m, drawn.normal).right, (seed, found.status, found.message)
 
 
 @pytest.mark.slow
@@ -53,7 +54,7 @@ def test_of_lights_that_the_edge_cuts_the_rest_does_not_count():
     at_edge = (found.markers.boxes_px[:, 1] == 0) | (found.markers.boxes_px[:, 0] == 0)
     assert at_edge.any()
     assert not found.ring.on_ring[at_edge].any()
-    assert outcome(drawn, found) == "right"
+    assert judged(found, drawn.position_m, drawn.normal).right
 
 
 def on_yellow(places_px: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from dockpose.app.export.plots import PHOTO_DPI, SMALL, canvas, show
 from dockpose.app.processing.comparison import compare
 from dockpose.estimate import Estimate
 from dockpose.paper import rivals
-from dockpose.paper.levels import RIGHT_SHARE, Picture
+from dockpose.paper.levels import Picture
 from dockpose.paper.rivals import ANY_LEVEL, COLUMNS, LITERAL, OURS, PER_LIGHT, STEPS, Tally
 from dockpose.paper.scenes import tank_scenes
 from dockpose.study.judge import is_right
@@ -45,7 +45,7 @@ def figure_15(seed: int) -> Part:
     }
     picture, found = pictures[_ONE_SCENE], found_in[_ONE_SCENE]
     right = {
-        name: {method: is_right(one.selected, pictures[name].truth, RIGHT_SHARE) for method, one in of.items()}
+        name: {method: is_right(one.selected, pictures[name].truth) for method, one in of.items()}
         for name, of in found_in.items()
     }
     one_scene = [

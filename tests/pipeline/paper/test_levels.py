@@ -87,7 +87,7 @@ def test_the_ellipse_through_the_exact_lights_has_the_true_pose():
     def poses(points_px):
         return levels.poses_of_all(points_px, scene.camera, scene.dock)
 
-    assert sum(is_right(pose, truth, levels.RIGHT_SHARE) for pose in poses(truth.lights_px)) == 1
+    assert sum(is_right(pose, truth) for pose in poses(truth.lights_px)) == 1
     assert min(pose_errors(pose, truth)[1] for pose in poses(truth.lights_px)) < 1e-3
     # A stray group pulls the ellipse away; four points have none.
     assert not any(is_right(pose, truth) for pose in poses(np.vstack([truth.lights_px, [600.0, 450.0]])))

@@ -15,6 +15,7 @@ from dockpose.pose.solve import find_poses
 from dockpose.pose.uncertainty import PARTS, _prior_noise_px, _quantile
 from dockpose.study.judge import nearest, signed_errors
 from scipy.special import erf, stdtrit
+from scipy.stats import chi2
 
 PINHOLE = Camera(700, 700, 319.5, 239.5, 640, 480)
 EXACT = {"fx_px": 0.0, "fy_px": 0.0, "cx_px": 0.0, "cy_px": 0.0}
@@ -114,9 +115,9 @@ def test_what_the_residuals_show_of_the_lights_is_not_counted_again():
     ids=["usual", "known", "bent", "port"],
 )
 def test_intervals_hold_where_camera_diameter_and_lights_are_off_by_their_sigmas(camera: Camera, lights: int | None):
-    """Truth is drawn about what the files say; 95 % intervals of what is shared and of the noise hold it."""
+    """Truth is drawn about what the files say: errors are as large as is said, no larger and no smaller."""
     rng = np.random.default_rng([len(camera.distortion), camera.port is None, lights or 0])
-    draws, held = 200, np.zeros(5)
+    draws, ratios = 200, []
     for _ in range(draws):
         true = camera
         names, errors = errors_of(camera)
@@ -134,9 +135,13 @@ def test_intervals_hold_where_camera_diameter_and_lights_are_off_by_their_sigmas
         assert pose.sigma_total_position_m is not None
         assert pose.sigma_total_theta_rad is not None
         sigmas = [*pose.sigma_total_position_m, *np.degrees(pose.sigma_total_theta_rad)]
-        held += np.abs(signed_errors(pose, position, normal)) <= 1.96 * np.array(sigmas)
+        ratios.append(np.array(signed_errors(pose, position, normal)) / sigmas)
     # Three standard deviations of 95 % of 200, and one per cent for what is not linear.
-    assert (held / draws >= 0.95 - 3 * math.sqrt(0.95 * 0.05 / draws) - 0.01).all(), held / draws
+    held = (np.abs(ratios) <= 1.96).mean(axis=0)
+    assert (held >= 0.95 - 3 * math.sqrt(0.95 * 0.05 / draws) - 0.01).all(), held
+    # Of errors over their sigmas the root mean square is 1; of 200 it is below 0.84 once in a thousand (chi-squared).
+    rms = np.sqrt(np.square(ratios).mean(axis=0))
+    assert (rms >= math.sqrt(chi2.ppf(0.001, draws) / draws)).all(), rms
 
 
 def test_a_pose_says_what_comes_from_what():

@@ -6,9 +6,21 @@ import pytest
 from dockpose import Camera, Dock, Estimate, Settings
 from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.uncertainty import PoseErrors
 from dockpose.simulate import Pose, Scene, truth_of
 from dockpose.study import judge as judging
-from dockpose.study.judge import COLUMNS, ELAPSED, OUTCOMES, PRODUCT, as_text, judge, judge_choice, methods, scene_rows
+from dockpose.study.judge import (
+    COLUMNS,
+    ELAPSED,
+    OUTCOMES,
+    PRODUCT,
+    as_text,
+    judge,
+    judge_choice,
+    judged,
+    methods,
+    scene_rows,
+)
 
 CAMERA = Camera(700, 700, 319.5, 239.5, 640, 480)
 DOCK = Dock(0.30, 10)
@@ -20,11 +32,18 @@ def pose(position=(0.0, 0.0, 2.0), theta_y_deg=20.0):
     return CirclePose(np.array(position), normal, np.zeros(2), 0.9, 0.1, 0.0, (0.01, 0.01, 0.01), (sigma, sigma))
 
 
-def row_of(*poses, has_dock=True):
+def sure(position=(0.0, 0.0, 2.0), theta_y_deg=20.0):
+    return replace(pose(position, theta_y_deg), probability=0.97)
+
+
+def found_of(*poses, detection=0.99):
     choice = Choice(poses, 0, "spacing", None) if poses else None
-    known = {"choice": choice, "detection": 0.99} if poses else {}
-    found = Estimate("ok" if poses else "not_a_ring", "", 640, 480, 8, CAMERA, DOCK, Settings(), **known)
-    row = judge(found, TRUTH, DOCK.radius, has_dock=has_dock)
+    known = {"choice": choice, "detection": detection} if poses else {}
+    return Estimate("ok" if poses else "not_a_ring", "", 640, 480, 8, CAMERA, DOCK, Settings(), **known)
+
+
+def row_of(*poses, has_dock=True):
+    row = judge(found_of(*poses), TRUTH, DOCK.radius, has_dock=has_dock)
     assert tuple(row) == COLUMNS
     return row
 
@@ -62,6 +81,37 @@ def test_the_other_candidate_may_be_right():
         errors, is_chosen = judge_choice(Choice((other, right), chosen, "", None), TRUTH.position_m, TRUTH.normal)
         assert errors == pytest.approx([0.0] * 5)
         assert is_chosen == bool(chosen)
+
+
+@pytest.mark.parametrize(
+    ("first", "other", "detection", "outcome", "nearer", "near"),
+    [
+        (pose(), pose(theta_y_deg=-20), 0.99, "right", True, True),
+        (pose(theta_y_deg=-20), pose(), 0.99, "undecided", False, True),  # 0.90 x 0.99 is not sure
+        (pose(theta_y_deg=-20), pose(theta_y_deg=-30), 0.99, "wrong", True, True),
+        (pose((0, 0, 2.2)), pose((0, 0, 2.2), -20), 0.99, "wrong", True, False),
+        (sure(theta_y_deg=-20), pose(), 0.99, "sure", False, True),
+        (sure(theta_y_deg=-20), pose(), 0.90, "undecided", False, True),
+        (pose(), pose(), 0.99, "right", True, True),  # both the same
+    ],
+)
+def test_one_judgement_of_the_chosen_pose(first, other, detection, outcome, nearer, near):
+    came = judged(found_of(first, other, detection=detection), TRUTH.position_m, TRUTH.normal)
+    assert (came.found, came.outcome, came.nearer, came.near) == (True, outcome, nearer, near)
+    assert came.undecided == (first.probability < 0.95)
+    refused = judged(found_of(), TRUTH.position_m, TRUTH.normal)
+    assert (refused.found, refused.outcome, refused.sure, refused.undecided) == (False, "refused", False, False)
+
+
+def test_intervals_are_those_of_the_nearer_pose_and_none_holds_nothing():
+    nearer, other = pose((0.03, 0.0, 2.0), 23.0), pose(theta_y_deg=-20)
+    # x is off by 3 of its sigmas; theta_y by 3 degrees, less than 1.96 x 2 and more than 1.96 x 1.
+    for sigma_deg, holds in ((2.0, True), (1.0, False)):
+        covariance = np.diag(np.square([0.01, 0.01, 0.01, *[math.radians(sigma_deg)] * 2, 1.0]))
+        known = replace(nearer, errors=PoseErrors(covariance, rotation_from_angles(0.0, math.radians(23))))
+        came = judged(found_of(other, known), TRUTH.position_m, TRUTH.normal)
+        assert came.holds == (False, True, True, True, holds)
+    assert judged(found_of(pose(), other), TRUTH.position_m, TRUTH.normal).holds == (False,) * 5
 
 
 def test_errors_and_intervals_by_hand():

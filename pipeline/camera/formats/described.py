@@ -16,31 +16,17 @@ _LEAST_FOCAL = 0.1  # of the width, which no lens falls short of
 _MOST_OFF = 0.25  # of half the picture, that a principal point is off its middle
 _ALIKE = 0.05
 # How many coefficients lens models have, by their names without capitals and signs.
-_ANY = (0, 4, 5, 8, 12, 14)
-_BROWN = (
-    "brownconrady",
-    "brown",
-    "radialtangential",
-    "plumbbob",
-    "radtan",
-    "radtan5",
-    "brown5",
-    "opencv5",
-    "opencvstandard",
-)
-_RATIONAL = ("rationalpolynomial", "rational", "opencv8", "opencv12", "radtan8", "brownconrady8", "opencvrational")
-MODELS = {
-    **dict.fromkeys(_BROWN, (0, 4, 5)),
-    **dict.fromkeys(_RATIONAL, (0, 8, 12, 14)),
-    **dict.fromkeys(("radtan4", "opencv4"), (0, 4)),
-    **dict.fromkeys(("none", "inversebrownconrady", "modifiedbrownconrady"), (0,)),
-    **dict.fromkeys(_PLAIN := ("", "pinhole", "perspective", "opencv", "frame", "rectilinear", "linear"), _ANY),
-    **dict.fromkeys(
-        _FISHEYES := ("equidistant", "fisheye", "equi", "kannalabrandt", "kannalabrandt4", "kannalabrandt8", "kannala")
-        + ("kb", "kb4", "kb8", "opencvfisheye", "fisheyeopencv", "equidistantfisheye", "kannalabrandtfisheye"),
-        (0, 4),
-    ),
+_PLAIN = ("", "pinhole", "perspective", "opencv", "frame", "rectilinear", "linear")
+_FISHEYES = ("equidistant", "fisheye", "equi", "kannalabrandt", "kannalabrandt4", "kannalabrandt8", "kannala", "kb")
+_FISHEYES += ("kb4", "kb8", "opencvfisheye", "fisheyeopencv", "equidistantfisheye", "kannalabrandtfisheye")
+_COUNTS = {
+    "brownconrady brown radialtangential plumbbob radtan radtan5 brown5 opencv5 opencvstandard": (0, 4, 5),
+    "rationalpolynomial rational opencv8 opencv12 radtan8 brownconrady8 opencvrational": (0, 8, 12, 14),
+    "radtan4 opencv4": (0, 4),
+    "none inversebrownconrady modifiedbrownconrady": (0,),
 }
+MODELS = {name: counts for names, counts in _COUNTS.items() for name in names.split()}
+MODELS |= dict.fromkeys(_PLAIN, (0, 4, 5, 8, 12, 14)) | dict.fromkeys(_FISHEYES, (0, 4))
 _KNOWN = "plumb_bob, rational_polynomial, radtan, equidistant, fisheye, kannala_brandt or pinhole"
 # MC-Calib's distortion_type, DepthAI's cameraType, and the model that RealSense's library counts, beside its ppx.
 _NUMBERED = {"distortiontype": ("brown", "fisheye"), "cameratype": ("perspective", "fisheye"), "distortionmodel": ()}

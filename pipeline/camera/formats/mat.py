@@ -8,20 +8,8 @@ from typing import Any
 import numpy as np
 
 _MATRIX, _COMPRESSED = 14, 15
-_TYPES = {
-    1: "i1",
-    2: "u1",
-    3: "i2",
-    4: "u2",
-    5: "i4",
-    6: "u4",
-    7: "f4",
-    9: "f8",
-    12: "i8",
-    13: "u8",
-    16: "u1",
-    17: "u2",
-}
+_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+_TYPES |= {16: "u1", 17: "u2"}  # letters
 _CELL, _STRUCT, _CHAR, _NUMBERS = 1, 2, 4, range(6, 16)
 _EXPANDED_BYTES, _MOST_LEVELS = 20_000_000, 20
 

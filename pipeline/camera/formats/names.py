@@ -14,10 +14,9 @@ _FISHEYE_TERMS = ("k1", "k2", "k3", "k4")
 # What scripts call the same things, without capitals and signs; of several cameras with one of the pairs behind.
 _MATRICES = ("cameramatrix", "intrinsicmatrix", "mtx", "cammatrix", "cammtx", "cameraintrinsics", "intrinsics")
 _SHORT_MATRICES = ("intrinsic", "matrix", "k", "m", "kk", "intrinsicsmatrix", "cameramtx", "a", "cam", "kmatrix")
-_BENT = ("distortioncoefficients", "distcoeffs", "distcoeff", "dist", "d", "distortion", "distortioncoeffs")
-_BENT += ("distcoefs", "distcoef", "distortions", "coeffs", "kc", "distortioncoeff", "distortionvector", "coefficients")
-_BENT += ("distortionparameters", "distortionparams", "distcoefficients", "lensdistortion", "distortioncoefs")
-_BENT += ("distortioncoef", "distortionvec", "distvector", "distparams", "distvec", "coeff", "distcoeffsvector")
+_ENDS = ("coefficients", "coeffs", "coeff", "coefs", "coef", "parameters", "params", "vector", "vec", "")
+_BENT = tuple(f"{head}{end}" for head in ("distortion", "dist") for end in _ENDS)
+_BENT += ("d", "distortions", "coeffs", "kc", "coefficients", "lensdistortion", "coeff", "distcoeffsvector")
 _PAIRS = ("", "0", "1", "2", "l", "r", "left", "right")
 # The four numbers of a matrix, and the coefficients, one by one.
 _ONE_BY_ONE = {
@@ -106,12 +105,8 @@ def lens_of(fields: Fields, which: str, model: str) -> list[float]:
     if value is not None:
         fields.has_lens = True
         return numbers_of("distortion_coefficients", value).ravel().tolist()
-    radial, tangential = (
-        fields.first(
-            *(f"{each}{end}" for end in ("distortion", "coefficients", "coeffs", "dist", "distortioncoeffs", ""))
-        )
-        for each in ("radial", "tangential")
-    )
+    ends = ("distortion", "coefficients", "coeffs", "dist", "distortioncoeffs", "")
+    radial, tangential = (fields.first(*(f"{each}{end}" for end in ends)) for each in ("radial", "tangential"))
     if radial is not None:
         fields.has_lens = True
         radial = numbers_of("radial distortion", radial).ravel().tolist()

@@ -31,13 +31,11 @@ _ALIKE, _OTHER_SIZE = 0.05, 0.3  # ratios of one projection matrix to another, o
 _COLMAP = {
     "SIMPLE_PINHOLE": "f cx cy",
     "PINHOLE": "fx fy cx cy",
-    "SIMPLE_RADIAL": "f cx cy k1",
-    "RADIAL": "f cx cy k1 k2",
+    **dict.fromkeys(("SIMPLE_RADIAL", "SIMPLE_RADIAL_FISHEYE"), "f cx cy k1"),
+    **dict.fromkeys(("RADIAL", "RADIAL_FISHEYE"), "f cx cy k1 k2"),
     "OPENCV": "fx fy cx cy k1 k2 p1 p2",
     "FULL_OPENCV": "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6",
     "OPENCV_FISHEYE": "fx fy cx cy k1 k2 k3 k4",
-    "SIMPLE_RADIAL_FISHEYE": "f cx cy k1",
-    "RADIAL_FISHEYE": "f cx cy k1 k2",
 }
 
 
@@ -66,7 +64,7 @@ def cameras_in(
 def _holds(content: Any, levels: int) -> bool:
     """Whether a reader knows what stands in it."""
     within = list(content.values()) if isinstance(content, Mapping) else content if isinstance(content, list) else []
-    if isinstance(content, Mapping) and _reader_of(content) is not None:
+    if isinstance(content, Mapping) and is_known(content):
         return levels > 0
     return levels > 1 and any(_holds(each, levels - 1) for each in within[:_MOST_CAMERAS])
 
@@ -93,12 +91,8 @@ def _kalibr(content: Fields) -> Iterator[tuple[str, Described]]:
     values = numbers_of(key, content[key]).ravel().tolist()
     if len(values) != 4:
         raise ValueError(f"{key} has {len(values)} values; pinhole has 4")
-    yield (
-        "",
-        Described(
-            matrix_by_four(*values), lens_of(content, "", model), size_in(content, (values[2], values[3])), model
-        ),
-    )
+    bent, size = lens_of(content, "", model), size_in(content, (values[2], values[3]))
+    yield "", Described(matrix_by_four(*values), bent, size, model)
 
 
 def _mrcal(content: Fields) -> Iterator[tuple[str, Described]]:

@@ -174,40 +174,16 @@ def posterior(
     first: float, distances: np.ndarray, log_odds: float, worth_of_motion: float = WORTH_OF_MOTION
 ) -> tuple[tuple[int, int], float]:
     """Which candidate continues each chain, by distances (2, 2), and how probable the first is, see docs/method.md."""
-    weights = _weights((first, 1 - first), distances, log_odds, worth_of_motion)
+    weights = []  # with which each chain goes on to the first and to the second candidate
+    for probability, squares in zip((first, 1 - first), distances.tolist(), strict=True):
+        nearest = min(squares)  # so that nothing underflows
+        fits = [math.exp(-0.5 * (square - nearest)) for square in squares]
+        moved = probability * math.exp(-0.5 * worth_of_motion * min(nearest, _MOST_DISTANCE)) / sum(fits)
+        weights.append((moved * fits[0] * _logistic(log_odds), moved * fits[1] * _logistic(-log_odds)))
     (kept, crossed), (crossed_back, kept_too) = weights
     total = kept + crossed + crossed_back + kept_too
     order, ours = ((0, 1), kept + crossed_back) if kept + kept_too >= total / 2 else ((1, 0), crossed + kept_too)
     return order, min(1 - _DOUBT, max(_DOUBT, ours / total))
-
-
-def _weights(
-    before: tuple[float, float], distances: np.ndarray, log_odds: float, worth_of_motion: float
-) -> list[tuple[float, float]]:
-    """How likely each chain, with its probability before, goes on to the first and to the second candidate."""
-    # Relative to the nearer candidate of each chain, so that nothing underflows.
-    weights = []
-    for probability, squares in zip(before, distances.tolist(), strict=True):
-        nearest = min(squares)
-        fits = [math.exp(-0.5 * (square - nearest)) for square in squares]
-        moved = probability * math.exp(-0.5 * worth_of_motion * min(nearest, _MOST_DISTANCE)) / sum(fits)
-        weights.append((moved * fits[0] * _logistic(log_odds), moved * fits[1] * _logistic(-log_odds)))
-    return weights
-
-
-def links(before: Hypotheses, found: Estimate, worth: float) -> np.ndarray:
-    """Likelihoods (2, 2) that a chain before a frame was right and the other, or the same, is right with it."""
-    pair = candidates_of(found)
-    if pair is None:
-        return np.eye(2)
-    beyond = _mixed(0.0, pair)
-    mixed = np.array([[1 - beyond, beyond], [beyond, 1 - beyond]])
-    if (found.lights_on_ring or 0) < MIN_POINTS:
-        return mixed
-    _, distances = _distances(before.chains, pair)
-    log_odds, motion = before.evidence(found, distances, worth), _worth_of_motion(found)
-    order, _ = posterior(before.first, distances, log_odds, motion)
-    return np.array(_weights((1.0, 1.0), distances, log_odds, motion))[:, order] @ mixed
 
 
 def _mixed(first: float, pair: Pair) -> float:

@@ -13,7 +13,6 @@ from dockpose.app.cli import main
 from dockpose.app.experiment import Session
 from dockpose.app.export.bundle import picture_files, to_zip
 from dockpose.app.export.recording import Recording
-from dockpose.app.export.recordings.ros import write_bag
 from dockpose.app.export.video import VideoFile
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.view import open_source
@@ -26,6 +25,7 @@ from dockpose.sources import Arrival, Bag, Frame, Kind, SourceError, kind_of, op
 
 from tests.support import bags
 from tests.support.scenes import CAMERA, DOCK, random_scene
+from tests.support.written import write_bag
 
 FRAMES = [
     frame.image

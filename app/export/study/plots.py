@@ -1,4 +1,4 @@
-"""Plots of the study: every method against every factor, HATS against its rivals, calibration and cost."""
+"""Plots of the study: every method against every factor, HATS against its rivals, and calibration."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,6 @@ _PANELS = (
 )
 _STEP = 0.11  # between methods, in bins, so that their intervals stand side by side
 _GRID = {"color": "#dddddd", "linewidth": 0.6}
-_BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.02, 0.5), "frameon": False}
 
 
 def _looks(label: str) -> tuple[str, str]:
@@ -48,7 +47,7 @@ def factor_figure(factor: Mapping[str, Any]) -> Figure:
         row[0].set_ylim(-3, 103)
         row[0].set_ylabel(group, fontsize=8)
         if row[-1].get_legend_handles_labels()[0]:  # no pose was found in a study of a few scenes
-            row[-1].legend(fontsize=6.5, **_BESIDE)
+            row[-1].legend(fontsize=6.5, loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False)
     figure.supxlabel(factor["title"], fontsize=8)
     # tight_layout would take as long as drawing
     figure.subplots_adjust(0.06, 0.19, 0.87, 0.95, wspace=0.24, hspace=0.1)
@@ -124,25 +123,6 @@ def calibration_figure(summary: Mapping[str, Any]) -> Figure:
         panel.tick_params(axis="y", labelsize=7)
         if panel.get_legend_handles_labels()[0]:
             panel.legend(fontsize=7, loc="lower right")
-    figure.tight_layout()
-    return figure
-
-
-def cost_figure(cost: Mapping[str, Mapping[int, float]]) -> Figure:
-    """Median time of a picture by its width; ``cost`` has milliseconds by method and width."""
-    figure = new_figure(7.5, 3.4)
-    axes = figure.subplots()
-    for label, by_width in cost.items():
-        colour, mark = _looks(label)
-        line = "-" if label in (HATS, *RIVALS) else ":"
-        axes.plot(list(by_width), list(by_width.values()), line, marker=mark, color=colour, label=title_of(label))
-    axes.set(xscale="log", yscale="log", xlabel="picture's width in pixels", ylabel="median time in ms")
-    axes.yaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_minor_formatter("{x:g}")
-    widths = sorted({width for by_width in cost.values() for width in by_width})
-    axes.set_xticks(widths, [str(width) for width in widths])
-    axes.set_xticks([], minor=True)
-    axes.legend(fontsize=7, **_BESIDE)
     figure.tight_layout()
     return figure
 

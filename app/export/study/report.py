@@ -84,10 +84,6 @@ def parts_of(summary: Mapping[str, Any], cost: Columns) -> list[Part]:
         others = (_hundred(one[key]["value"]) for key in (*_OF_ALL, "position_error_share"))
         of_all.append([one["title"], *_with_interval(one["success"]), *others, one["angle_error_deg"]["value"]])
     times = {label: of_method(cost, label) for label in methods()}
-    by_width = {
-        label: {int(w): float(np.median(one[ELAPSED][one["width_px"] == w])) for w in np.unique(one["width_px"])}
-        for label, one in times.items()
-    }
     costs = [[title_of(label), *np.quantile(one[ELAPSED], (0.5, 0.95, 1.0)).tolist()] for label, one in times.items()]
     by = [
         Plot.of(f"by_{name}", words("factors", "plots", "by", title=factor["title"]), plots.factor_figure(factor))
@@ -99,7 +95,7 @@ def parts_of(summary: Mapping[str, Any], cost: Columns) -> list[Part]:
         part("all", {"methods": plots.methods_figure(summary)}, {"methods": of_all}),
         dataclasses.replace(part("factors", {}, {"factors": _factors_rows(summary)}), plots=by),
         part("calibration", {"calibration": plots.calibration_figure(summary)}, {}, *calibration_text(summary)),
-        part("cost", {"cost": plots.cost_figure(by_width)}, {"cost_of_methods": costs}),
+        part("cost", {}, {"cost_of_methods": costs}),
     ]
 
 

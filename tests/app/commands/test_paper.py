@@ -107,7 +107,7 @@ def test_page_and_plots_are_there(alone):
     text = (alone / "index.html").read_text(encoding="utf-8")
     assert "Which method when" in text
     assert "src=" not in text  # it needs nothing beside it
-    for name in ("by_lit_share", "hats_against", "methods", "calibration", "cost"):
+    for name in ("by_lit_share", "hats_against", "methods", "calibration"):
         for kind in ("png", "svg"):
             assert (alone / "plots" / f"{name}.{kind}").stat().st_size > 1000
 

@@ -36,12 +36,7 @@ _Whole = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 _Chance = Annotated[float, msgspec.Meta(ge=0, le=1 + 1e-9)]
 
 
-def picture_files(
-    analysis: Analysis,
-    *,
-    layers: Collection[str] = DRAWN,
-    sha256: str | None = None,
-) -> Files:
+def picture_files(analysis: Analysis, *, layers: Collection[str] = DRAWN, sha256: str | None = None) -> Files:
     """Return the files of one picture."""
     view, found = analysis.view, analysis.estimate
     drawn: dict[str, Any] = {"layers": layers, "truth": view.truth}

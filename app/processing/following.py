@@ -33,13 +33,7 @@ class Following:
     """Follows one dock from frame to frame; ``tell`` hears of masks and exposure."""
 
     def __init__(
-        self,
-        camera: Camera,
-        dock: Dock,
-        settings: Settings,
-        tell: Callable[[str], None],
-        *,
-        is_live: bool = False,
+        self, camera: Camera, dock: Dock, settings: Settings, tell: Callable[[str], None], *, is_live: bool = False
     ) -> None:
         self._camera, self._dock, self._tell = camera, dock, tell
         self._tracker = Tracker(camera, dock, settings)

@@ -12,14 +12,7 @@ from dockpose.camera.image import ImageError, read, to_grey
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import Canvas, to_bgr8
 from dockpose.estimate.reached import Stages
-from dockpose.palette import (
-    DROPPED_COLOUR,
-    ELLIPSE_COLOUR,
-    LIGHT_COLOUR,
-    POSE_COLOURS,
-    POSE_NAMES,
-    TEXT_COLOUR,
-)
+from dockpose.palette import DROPPED_COLOUR, ELLIPSE_COLOUR, LIGHT_COLOUR, POSE_COLOURS, POSE_NAMES, TEXT_COLOUR
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
 

@@ -154,11 +154,7 @@ def _log_ball(dimensions: int, squares: float) -> float:
 
 @compiled
 def near_of(
-    points_px: np.ndarray,
-    brightness: np.ndarray,
-    members: np.ndarray,
-    centre_px: tuple[float, float],
-    radius_px: float,
+    points_px: np.ndarray, brightness: np.ndarray, members: np.ndarray, centre_px: tuple[float, float], radius_px: float
 ) -> Near:
     """Count the points (M, 2) near a ring that are not on it."""
     counts, count = np.zeros(4, np.int64), len(members)

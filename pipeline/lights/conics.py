@@ -29,11 +29,7 @@ _ROUNDS = 3  # of fitting an ellipse and looking which points are on it
 
 
 def polygons_on_ellipses(
-    points_px: np.ndarray,
-    chosen: np.ndarray,
-    lights: int | None,
-    focal_px: float,
-    tolerance_px: float,
+    points_px: np.ndarray, chosen: np.ndarray, lights: int | None, focal_px: float, tolerance_px: float
 ) -> list[Polygon]:
     """Rings of evenly spaced lights among points (M, 2) from the principal point, begun from the chosen ones."""
     found = []
@@ -200,12 +196,7 @@ def _spaced(
 
 
 def _spacings(
-    points_px: np.ndarray,
-    ellipse: Ellipse,
-    numbers: Sequence[int],
-    focals_px: list[float],
-    filled: float,
-    most: float,
+    points_px: np.ndarray, ellipse: Ellipse, numbers: Sequence[int], focals_px: list[float], filled: float, most: float
 ) -> list[_Spacing]:
     """Numbers of lights, focals and poses with which points (N, 2) are spaced as chance would less often than most."""
     found = []

@@ -72,11 +72,7 @@ class Markers:
 
 
 def find_markers(
-    grey: np.ndarray,
-    histogram: Histogram,
-    threshold: Threshold,
-    min_area_px: int,
-    centroid: str = "grey",
+    grey: np.ndarray, histogram: Histogram, threshold: Threshold, min_area_px: int, centroid: str = "grey"
 ) -> Markers:
     """Find the groups that a threshold keeps, and weigh their centres in ``grey`` (H, W)."""
     if threshold.leaves_glare:

@@ -59,12 +59,7 @@ TABLES = {name: _read(name, lights) for name, lights in (("2", 10), ("3", 10), (
 
 
 def tank_picture(
-    row: np.ndarray,
-    dock: Dock,
-    key: list[int],
-    camera: Camera = CAMERA,
-    colours: tuple[str, ...] = (),
-    **sensor: Any,
+    row: np.ndarray, dock: Dock, key: list[int], camera: Camera = CAMERA, colours: tuple[str, ...] = (), **sensor: Any
 ) -> tuple[Estimate, Truth]:
     """What is found in a picture of the dock at a pose (5,) of the tables in the tank's water, and the truth."""
     rng = np.random.default_rng(key)

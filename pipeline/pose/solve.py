@@ -86,11 +86,7 @@ def both_poses(
 
 
 def _chosen(
-    poses: Sequence[CirclePose],
-    points_px: np.ndarray,
-    camera: Camera,
-    dock: Dock,
-    covariances_px2: np.ndarray | None,
+    poses: Sequence[CirclePose], points_px: np.ndarray, camera: Camera, dock: Dock, covariances_px2: np.ndarray | None
 ) -> Choice:
     """The choice between both poses of lights (N, 2), of a known number or any."""
 

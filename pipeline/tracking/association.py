@@ -14,11 +14,7 @@ _ENOUGH_FOR_AFFINE = 6
 
 
 def shifted(
-    light: np.ndarray,
-    guesses_px: list[np.ndarray],
-    heights: np.ndarray,
-    reach_px: float,
-    cell_px: int,
+    light: np.ndarray, guesses_px: list[np.ndarray], heights: np.ndarray, reach_px: float, cell_px: int
 ) -> np.ndarray:
     """Shift the best of some guesses (N, 2), by no more than a reach, to where lights of such heights (N,) stand out.
 

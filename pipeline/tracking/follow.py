@@ -74,12 +74,7 @@ def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | No
 
 
 def _associated(
-    light: np.ndarray,
-    corner_px: np.ndarray,
-    expected_px: np.ndarray,
-    reach_px: float,
-    within_px: float,
-    last: Sighting,
+    light: np.ndarray, corner_px: np.ndarray, expected_px: np.ndarray, reach_px: float, within_px: float, last: Sighting
 ) -> tuple[np.ndarray, np.ndarray, Spots] | None:
     """The map (2, 3) from the last frame's places to those in a part of this, the lights (N,) that it fits, and spots.
 

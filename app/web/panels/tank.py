@@ -10,11 +10,7 @@ from dockpose.app.export.words import HEAD, TILTS_DEG, budget_cells, budget_sent
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state import camera as optics
 from dockpose.app.state.camera import with_tank, with_these_as_mine
-from dockpose.app.state.changes import (
-    Chip,
-    chips,
-    dropped_sentence,
-)
+from dockpose.app.state.changes import Chip, chips, dropped_sentence
 from dockpose.app.state.parameters import DISTORTION, DOCK, LENS, PORT, put
 from dockpose.app.state.tank import tank_words
 from dockpose.app.state.values import VALUES

@@ -160,6 +160,7 @@ def test_chance_counts_what_there_is_and_what_is_tried():
     some = 100.0
     assert chance(5, squares=some / 10, apart=(some / 10, 0.0), numbers=21) == np.inf
     assert chance(6, squares=some / 10, apart=(some / 10, 0.0), numbers=21) < np.inf
+    assert chance(5, squares=some / 10, apart=(some / 10, 0.0)) < np.inf  # but of a known one not
     assert chance(squares=1e6) == np.inf
 
 
@@ -171,3 +172,21 @@ def test_ellipses_through_points_strewn_at_random():
     beside = 1e-4 * 2 * np.pi * 50 * 4 * np.sqrt(8 / 3)
     assert more == pytest.approx(np.log(792 * 35 * 6) + 3 * np.log(beside))
     assert log_chance_ellipses(6, 0.0, 50.0, 1e-4, 6) == log_chance_ellipses(6, 0.05, 50.0, 1e-4, 6)
+
+
+def test_what_is_near_a_ring_is_so_wherever_the_ring_is():
+    at = np.arange(8) * np.pi / 4
+    ring = np.column_stack([30 * np.cos(at) - 10 * np.sin(at), 12 * np.sin(at) + 5 * np.cos(at)])
+    others = np.random.default_rng(2).uniform(-80, 80, (200, 2))
+    brightness = np.concatenate([np.full(8, 2.0), np.linspace(1, 3, 200)])
+    counts = []
+    for shift in ([0.0, 0.0], [100.0, -50.0]):
+        centre = (shift[0], shift[1])
+        counts.append(near_of(np.vstack([ring, others]) + shift, brightness, np.arange(8), centre, 33.0))
+    assert counts[0] == counts[1]
+    # Beside it is within twice the ellipse of x = A (cos, sin).
+    A = np.array([[30.0, -10.0], [5.0, 12.0]])
+    beside = np.linalg.norm(np.linalg.solve(A, others.T), axis=0) < 2
+    around = np.hypot(*others.T) < 66
+    bright = brightness[8:] >= 2
+    assert counts[0] == Near(around.sum(), beside.sum(), (around & bright).sum(), (beside & bright).sum())

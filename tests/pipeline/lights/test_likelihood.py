@@ -112,7 +112,12 @@ def test_a_large_lamp_is_fitted_in_squares(radius_px):
     off = radius_px - np.hypot(x - truth[0], y - truth[1])
     share = np.vectorize(lambda step: 0.5 * (1 + math.erf(step / math.sqrt(2))))(off)
     grey = np.clip(np.rint(20 + 160 * share + rng.normal(0, 2, x.shape)), 0, 255).astype(np.uint8)
-    centres, covariances = centres_of(grey, np.rint(truth)[None], np.array([2 * radius_px]), 250.0, *LENS)
+    shapes = np.zeros((1, 6))
+    centres, covariances = fitted_centres(grey, np.rint(truth)[None], np.array([2 * radius_px]), 250.0, *LENS, shapes)
+    # Its shape is in pixels, whatever the squares; they make the flank flatter.
+    assert shapes[0, 0] == pytest.approx(160, rel=0.02)
+    assert shapes[0, 1] == pytest.approx(radius_px, rel=0.01)
+    assert 0.8 < shapes[0, 2] < 3
     # Around an edge of slope 160 / sqrt(2 pi), in noise s of 2 levels, s^2 over the integral of the squared slope along
     # x, which is sqrt(pi) R h^2 / 2; squares of three pixels lose less than half of it.
     bound = 2.0**2 * 2 / (math.sqrt(math.pi) * radius_px * 160**2)

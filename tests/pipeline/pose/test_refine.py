@@ -7,11 +7,13 @@ import math
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
+from dockpose.camera.port import FlatPort
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.pose.choice import choose_by_spacing
 from dockpose.pose.circle import circle_poses, rotation_from_angles
-from dockpose.pose.refine import angles_on_planes, light_rays, refine, weigh
+from dockpose.pose.refine import angles_on_planes, light_rays, on_planes, refine, squares_at, weigh
 from dockpose.pose.uncertainty import LIKELY_NOISE_PX, deviations, log_evidence, log_odds, nearer, noise_px
+from scipy.optimize import brentq
 
 from tests.support.scenes import CAMERA
 
@@ -203,3 +205,87 @@ def test_lights_out_of_place_are_weighed_alike_and_none_is_better_than_its_pictu
     poses = circle_poses(fit_ellipse(exact), CAMERA, DOCK.diameter)
     told = [candidates_of(poses, exact, CAMERA, DOCK, scale * known)[0] for scale in (1, 100)]
     assert told[1].sigma_position_m[2] == pytest.approx(10 * told[0].sigma_position_m[2], rel=0.05)
+
+
+def test_weights_are_inverses_of_covariances_and_of_what_all_lights_have_beyond_them():
+    # Lights off by .3 px that are known to a tenth of that, each with a long and a short axis askew.
+    points, _, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5, noise_px=0.3)
+    rng, rays, R = np.random.default_rng(5), light_rays(points, BENT), rotation_from_angles(0.3, 0.5)
+    factors = rng.normal(0, 0.03, (10, 2, 2)) * np.geomspace(0.3, 10, 10)[:, None, None]
+    known = factors @ factors.transpose(0, 2, 1) + 0.01**2 * np.eye(2)
+    fit = refine(R[None], np.array([[0.1, -0.05, 1.2]]), angles[None], DOCK.radius, rays)
+    weighed, noise = weigh(rays, known, fit, 0, angles, DOCK.radius)
+    lights = DOCK.radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
+    there = lights @ fit.rotations[0].T + fit.positions_m[0]
+    off = np.einsum("nij,nj->ni", rays.slopes_px, rays.tangents - there[:, :2] / there[:, 2:])
+
+    def left(more):
+        return sum(r @ np.linalg.solve(C + more * np.eye(2), r) for r, C in zip(off, known, strict=True)) - 14
+
+    more = brentq(left, 1e-4, 10)
+    assert more > 1e-3
+    inverses = np.linalg.inv(known + more * np.eye(2))
+    inverses /= np.trace(inverses.T).mean() / 2
+    roots = weighed.slopes_px @ np.linalg.inv(rays.slopes_px)
+    np.testing.assert_allclose(roots.transpose(0, 2, 1) @ roots, inverses, rtol=1e-3, atol=1e-5)
+    assert noise == pytest.approx(1 / math.sqrt(np.trace(np.linalg.inv(known).T).mean() / 2))
+
+
+def test_squares_of_a_pose_are_those_of_its_projection():
+    points, R, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5, noise_px=0.3)
+    place, offsets = np.array([0.1, -0.05, 1.2]), np.random.default_rng(1).normal(0, 0.001, (10, 3))
+    ring = DOCK.radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
+    rays = light_rays(points, CAMERA)
+    for off in (None, offsets):
+        there = place + (ring if off is None else ring + off) @ R.T
+        expected = ((CAMERA.project(there) - points) ** 2).sum()
+        assert squares_at(R, place, angles, DOCK.radius, rays, off) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("port", [None, FlatPort(0.03, 0.01)])
+def test_rays_meet_the_planes_of_docks_where_the_lights_are(port):
+    camera = Camera(700, 690, 310, 250, 640, 480, port=port)
+    points, R, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5, camera=camera)
+    places = np.array([[0.1, -0.05, 1.2]] * 2)
+    turned = R @ rotation_from_angles(0.0, 0.0)
+    flat = on_planes(light_rays(points, camera, 1.2), np.array([R, turned]), places)
+    ring = DOCK.radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    np.testing.assert_allclose(flat[0], ring, atol=1e-6)
+
+
+def test_free_lights_leave_the_roll_open_and_the_other_errors_as_across_the_circle():
+    points, R, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5)
+    place = np.array([0.1, -0.05, 1.2])
+    fit = refine(R[None], place[None], None, DOCK.radius, light_rays(points, CAMERA))
+    assert (fit.numbers, fit.points) == (10, 10)
+
+    def project(step, roll):
+        x, y, z = step[3:]
+        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        ring = DOCK.radius * np.column_stack([np.cos(angles + roll), np.sin(angles + roll), 0 * angles])
+        return CAMERA.project(place + step[:3] + ring @ (R @ (np.eye(3) + cross)).T)
+
+    h, none = 1e-6, np.zeros(6)
+    along = project(none, h) - project(none, -h)
+    across = np.column_stack([-along[:, 1], along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
+    steps = [(project(h * axis, 0) - project(-h * axis, 0)) / (2 * h) for axis in np.eye(6)[:5]]
+    J = np.column_stack([(each * across).sum(axis=1) for each in steps])
+    expected = np.linalg.inv(J.T @ J)
+    np.testing.assert_allclose(fit.covariances[0, :5, :5], expected, rtol=1e-3, atol=1e-4 * np.abs(expected).max())
+
+
+def test_of_several_poses_each_is_refined_and_a_hopeless_one_holds_nothing_up():
+    points, R, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5, noise_px=0.1)
+    starts = np.array([R @ rotation_from_angles(0.05, -0.04), R, rotation_from_angles(-0.9, -0.9)])
+    places, rays = np.array([[0.11, -0.06, 1.3], [0.1, -0.05, 1.2], [0.1, -0.05, 1.2]]), light_rays(points, CAMERA)
+    fit = refine(starts, places, np.tile(angles, (3, 1)), DOCK.radius, rays)
+    assert fit.squares_px2[0] == pytest.approx(fit.squares_px2[1], abs=1e-4)
+    assert fit.squares_px2[0] == pytest.approx(
+        squares_at(fit.rotations[0], fit.positions_m[0], angles, 0.15, rays, None), abs=1e-4
+    )
+    np.testing.assert_allclose(fit.positions_m[0], fit.positions_m[1], atol=1e-5)
+    assert fit.squares_px2[2] > 10 * fit.squares_px2[0]
+    one = fit.taken(np.array([1]))
+    np.testing.assert_array_equal(one.rotations, fit.rotations[[1]])
+    np.testing.assert_array_equal(one.covariances, fit.covariances[[1]])
+    assert (one.numbers, one.points) == (20, 10)

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.bench.mutants.changes import Mutant, all_mutants, kind_of, lines_of, mutated
-from tests.bench.mutants.running import TESTS, Clean, load_libraries, run_clean, run_on
+from tests.bench.mutants.running import Clean, load_libraries, run_clean, run_on
 
 ROOT = Path(__file__).resolve().parents[3]
 SAME = Path(__file__).with_name("same.toml")  # that do the same as the code, and why
@@ -79,7 +79,10 @@ def _draw(arguments: argparse.Namespace) -> list[Mutant]:
 
 def _try_all(drawn: list[Mutant], end_s: float) -> dict[Mutant, str]:
     """What came of each, a process for each and as many at a time as there are cores, as long as there is time."""
-    cleaning = {kind: ForkProcess(target=run_clean, args=(kind,)) for kind in TESTS}
+    packages = defaultdict[str, set[str]](set)
+    for mutant in drawn:
+        packages[kind_of(mutant)].add(mutant.file.split("/")[1])
+    cleaning = {kind: ForkProcess(target=run_clean, args=(kind, sorted(names))) for kind, names in packages.items()}
     for process in cleaning.values():
         process.start()
     clean, outcomes = dict[str, Clean](), dict[Mutant, str]()
@@ -101,7 +104,7 @@ def _try_all(drawn: list[Mutant], end_s: float) -> dict[Mutant, str]:
             tests = _in_order(clean[kind_of(mutant)], mutant)
             process = ForkProcess(target=run_on, args=(kind_of(mutant), mutant.file, text, tests))
             process.start()
-            running[process.sentinel] = process, mutant, time.monotonic() + 60 + 5 * sum(tests.values())
+            running[process.sentinel] = process, mutant, time.monotonic() + 120 + 20 * sum(tests.values())
         for sentinel in connection.wait([*running, *(one.sentinel for one in cleaning.values())], timeout=1):
             if sentinel in running:
                 process, mutant, _ = running.pop(sentinel)

@@ -7,6 +7,7 @@ import pkgutil
 import signal
 import sys
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,12 +18,9 @@ from hypothesis import Phase, settings
 
 from tests.bench.mutants.changes import PACKAGES, Mutated
 
-_OF_LOOPS = [f"tests/pipeline/{name}" for name in ("lights", "pose", "thresholds")]
 _WHOLE = sorted(str(path) for path in Path("tests/pipeline").glob("test_estimate*.py"))
-_MORE = ["tests/pipeline/estimate", "tests/pipeline/tracking", "tests/pipeline/pixels", "tests/pipeline/paper"]
-# What runs while lines are followed: loops that are plain Python take a hundred times as long.
-TESTS = {"code": [*_OF_LOOPS, *_MORE, *_WHOLE], "loops": _OF_LOOPS}
-_LONGEST_S = {"code": 10.0, "loops": 3.0}  # a test that takes longer is left out
+# Processor time: a test that takes longer is left out; loops that are plain Python take a hundred times as long.
+_LONGEST_S = {"code": 8.0, "loops": 3.0}
 _LOADED = "-Wignore:Module already imported"  # by the process before it forked
 _OPTIONS = ("-q", "-m", "not slow and not extra", "-p", "no:cacheprovider", "-p", "no:xdist", "--tb=no", _LOADED)
 _PROFILE = "mutants"
@@ -31,7 +29,7 @@ _PROFILE = "mutants"
 class Clean(NamedTuple):
     """How the tests run on the code as it is."""
 
-    took_s: dict[str, float]  # of each that passes
+    took_s: dict[str, float]  # processor time of each that passes
     left_out: set[str]  # that fail or take too long
     contexts: dict[str, dict[int, set[str]]]  # tests, or files of tests, that run a line
 
@@ -64,15 +62,16 @@ def load_libraries() -> None:
     settings.register_profile(_PROFILE, deadline=None, phases=[Phase.explicit, Phase.generate], derandomize=True)
 
 
-def run_clean(kind: str) -> None:
-    """Run the tests, and keep how long each takes and which lines it runs."""
+def run_clean(kind: str, packages: Iterable[str]) -> None:
+    """Run the tests of packages, and keep how long each takes and which lines it runs."""
     _settle(kind)
     follow = coverage.Coverage(
         data_file=None, config_file=False, include=[f"{Path.cwd()}/pipeline/{name}/*" for name in PACKAGES]
     )
     limits = _Limits({}, _LONGEST_S[kind], follow)
     follow.start()
-    pytest.main([*TESTS[kind], *_OPTIONS, f"--hypothesis-profile={_PROFILE}"], plugins=[limits])
+    tests = [f"tests/pipeline/{name}" for name in packages] + (_WHOLE if kind == "code" else [])
+    pytest.main([*tests, *_OPTIONS, f"--hypothesis-profile={_PROFILE}"], plugins=[limits])
     follow.stop()
     data = follow.get_data()
     contexts = {
@@ -109,7 +108,7 @@ class _Limits:
     def __init__(self, limits_s: dict[str, float], limit_s: float, follow: coverage.Coverage | None = None) -> None:
         self.took_s, self.failed = dict[str, float](), set[str]()
         self._limits_s, self._limit_s, self._follow = limits_s, limit_s, follow
-        signal.signal(signal.SIGALRM, self._ring)
+        signal.signal(signal.SIGPROF, self._ring)
 
     def _ring(self, *_: Any) -> None:
         raise TimeoutError
@@ -127,13 +126,13 @@ class _Limits:
     def _within_limit(self, item: pytest.Item, context: str) -> Any:
         if self._follow is not None:
             self._follow.switch_context(context)
-        start_s = time.monotonic()
-        signal.setitimer(signal.ITIMER_REAL, self._limits_s.get(item.nodeid, self._limit_s))
+        start_s = time.process_time()
+        signal.setitimer(signal.ITIMER_PROF, self._limits_s.get(item.nodeid, self._limit_s))
         try:
             return (yield)
         finally:
-            signal.setitimer(signal.ITIMER_REAL, 0)
-            self.took_s[item.nodeid] = self.took_s.get(item.nodeid, 0.0) + time.monotonic() - start_s
+            signal.setitimer(signal.ITIMER_PROF, 0)
+            self.took_s[item.nodeid] = self.took_s.get(item.nodeid, 0.0) + time.process_time() - start_s
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Note what did not pass."""

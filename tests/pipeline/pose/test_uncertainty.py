@@ -12,8 +12,9 @@ from dockpose.camera.sigma import errors_of, moved
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.pose.solve import find_poses
-from dockpose.pose.uncertainty import PARTS, _prior_noise_px, _quantile
+from dockpose.pose.uncertainty import PARTS, PoseErrors, _prior_noise_px, _quantile
 from dockpose.study.judge import nearest, signed_errors
+from scipy.spatial.transform import Rotation
 from scipy.special import erf, stdtrit
 from scipy.stats import chi2
 
@@ -202,3 +203,37 @@ def test_the_noise_by_the_prior_alone_covers_as_it_should():
     weights = np.exp(rising + falling)
     held = (erf(1.96 * _prior_noise_px() / noises / math.sqrt(2)) * weights).sum() / weights.sum()
     assert held == pytest.approx(0.95, abs=1e-3)
+
+
+def test_a_covariance_is_about_the_cameras_axes_and_leaves_the_roll_open():
+    # Of a dock whose own x axis points along the camera's y, y along -z and z along -x.
+    rotation = np.array([[0.0, 0, -1], [1, 0, 0], [0, -1, 0]])
+    known = np.diag([0.01, 0.02, 0.03, 0.1, 0.2, 0.0]) ** 2
+    known[0, 3] = known[3, 0] = 0.5e-3
+    told = PoseErrors(known, rotation, noise=2.0).in_camera()
+    full_turn = (2 * math.pi) ** 2 / 12
+    expected = np.diag([4e-4, 16e-4, 36e-4, full_turn, 0.04, 0.16])
+    expected[0, 4] = expected[4, 0] = 2e-3  # what turns it about its own x axis turns it about the camera's y
+    np.testing.assert_allclose(told, expected, atol=1e-12)
+
+
+def test_what_nothing_tells_has_a_full_turn_and_a_kilometre():
+    told = PoseErrors(1e12 * np.eye(6), np.eye(3)).in_camera()
+    np.testing.assert_allclose(np.diag(told), [1e6] * 3 + [(2 * math.pi) ** 2 / 12] * 3)
+
+
+def test_errors_of_what_is_fixed_to_the_dock_are_those_of_the_dock_and_of_its_turn():
+    rotation = Rotation.from_rotvec([0.4, -0.8, 0.3]).as_matrix()
+    lever, entrance = np.array([0.2, -0.1, 0.5]), Rotation.from_rotvec([0.0, 0.5, 0.0]).as_matrix()
+    factor = np.random.default_rng(3).normal(0, 0.01, (6, 6))
+    carried = PoseErrors(factor @ factor.T, rotation, 0.7).carried(lever, entrance)
+
+    def moved(step):
+        """Place of what is fixed, and its turn about its own axes, after a step of the dock's pose."""
+        turn = Rotation.from_rotvec(rotation @ step[3:])
+        return np.concatenate([step[:3] + turn.apply(lever) - lever, entrance.T @ turn.as_rotvec()])
+
+    by = np.column_stack([(moved(1e-6 * one) - moved(-1e-6 * one)) / 2e-6 for one in np.eye(6)])
+    np.testing.assert_allclose(carried.covariance, by @ factor @ factor.T @ by.T, atol=1e-9)
+    assert carried.noise == 0.7
+    np.testing.assert_array_equal(carried.rotation, entrance)

@@ -55,7 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             return _run_command(words)
         except (ValueError, OSError) as error:  # of the arguments themselves
             console.say(str(error), logging.ERROR)
-            return console.EXIT_BAD_ARGUMENTS
+            return console.EXIT_UNWRITABLE if isinstance(error, OutputError) else console.EXIT_BAD_ARGUMENTS
         except console.Terminated:
             return console.EXIT_TERMINATED
         except KeyboardInterrupt:

@@ -13,7 +13,7 @@ from typing import Any
 
 from dockpose import Camera, Dock, Settings, Vehicle, load_vehicle
 from dockpose.app.commands.console import say
-from dockpose.app.errors import UserError, blaming, writing
+from dockpose.app.errors import UserError, blaming, unwritable, writing
 from dockpose.app.experiment.record import files_of_session, is_session
 from dockpose.app.inputs.protected import Protected, files_of
 from dockpose.app.inputs.sequences import capture_from
@@ -236,7 +236,8 @@ def logged(arguments: argparse.Namespace) -> Iterator[None]:
         handler = logging.StreamHandler(sys.stderr)
         handler.addFilter(lambda record: not getattr(record, "is_said", False))  # is on standard error already
     handler.setFormatter(OneLine("%(asctime)s %(levelname)s %(name)s: %(message)s"))
-    handler.handleError = lambda record: None
+    failures = list[BaseException | None]()
+    handler.handleError = lambda record: failures.append(sys.exc_info()[1])
     logger = logging.getLogger("dockpose")
     before = logger.level, logger.propagate
     logger.addHandler(handler)
@@ -249,6 +250,8 @@ def logged(arguments: argparse.Namespace) -> Iterator[None]:
         logger.level, logger.propagate = before
         with contextlib.suppress(OSError):
             handler.close()
+    if path is not None and failures and isinstance(failures[0], OSError):
+        raise unwritable(f"--log-file {path}", failures[0], "events are missing in it")
 
 
 @contextlib.contextmanager

@@ -80,7 +80,9 @@ def decode(data: bytes, name: str = "image") -> np.ndarray:
     if image is None:
         raise ImageError(f"{name}: the picture is damaged or cut short ({len(data)} bytes)")
     if is_many(data, image.nbytes):
-        raise ImageError(f"{name}: holds several pictures, one after another; save each in a file of its own")
+        raise ImageError(
+            f"{name}: holds several pictures, one after another; save each in a file of its own, or JPEGs as .mjpeg"
+        )
     image = as_meant(image, data)
     return as_picture(image, name)
 
@@ -292,6 +294,8 @@ def as_picture(image: Any, name: str = "image") -> np.ndarray:
             there = "not all numbers" if np.isnan(least) else f"from {least:g} to {most:g}"
             raise ImageError(f"{name}: pixels are {array.dtype}, {there}; floats must be from 0 to 1")
         array = np.rint(array * np.float64(65535)).astype(np.uint16)
+    if array.shape[2:] == (4,) and not array[:, :, 3].any():
+        raise ImageError(f"{name}: is transparent everywhere (its alpha channel is 0); save it without alpha")
     if array.dtype.kind != "u" or array.dtype.itemsize > 2:
         wanted = "8 or 16 bit (uint8 or uint16), or floats from 0 to 1"
         raise ImageError(f"{name}: pixels are {array.dtype}; they must be {wanted}{_conversion(array)}")

@@ -47,6 +47,9 @@ _OTHERS = {
     "a video or a sound, which is opened by itself": (b"ftyp", b"\x1aE\xdf\xa3"),
 }
 _TGA_KINDS, _TGA_BITS = (1, 2, 3, 9, 10, 11), (8, 15, 16, 24, 32)
+_JPEG, _ADDED = b"\xff\xd8\xff", b"\xe0\xe1\xe2\xe3\xe4\xe5\xe6\xe7\xe8\xe9\xea\xeb\xec\xed\xef\xfe"
+_MARKER = re.compile(rb"\xff([^\0\xd0-\xd7\xff])")  # of a segment of JPEG, none of which is within pixels
+_SIZE = re.compile(rb"(?s)\xff[\xc0-\xc3\xc5-\xc7\xc9-\xcb].{3}(.{4})")  # the head of a JPEG's pixels
 _TRANSPARENT = b"tRNS"  # a PNG's chunk that names the transparent grey level or colour
 _PNM = re.compile(rb"P([2356])" + 3 * rb"(?:\s|#[^\n]*\n)+(\d+)")  # kind, width, height and white
 _PNM_BITS = (8, 10, 12, 14, 16)
@@ -71,9 +74,14 @@ def _without_start(data: bytes) -> str:
 
 
 def is_many(data: bytes, pixel_bytes: int) -> bool:
-    """Whether a PNM is followed by another one, as programs write them to a pipe."""
+    """Whether another picture of its kind follows in a file, as programs write them to a pipe; a preview is none."""
     header = _PNM.match(data)
-    return header is not None and data[header.end() + 1 + pixel_bytes :][:2] == data[:2]
+    plain, end = _bare_jpeg(data) if data.startswith(_JPEG) else (b"", _end_of_others(data))
+    end = header.end() + 1 + pixel_bytes if header else end
+    rest = data[end:].lstrip(b"\0")
+    if not plain:
+        return end != 0 and rest[:2] == data[:2]
+    return rest.startswith(_JPEG) and b"MPF\0" not in data[:end] and _SIZE.findall(plain)[:1] == _SIZE.findall(rest)[:1]
 
 
 def as_meant(image: np.ndarray, data: bytes) -> np.ndarray:
@@ -105,16 +113,41 @@ def _with_transparent_black(image: np.ndarray, data: bytes) -> np.ndarray:
 
 
 def is_cut_short(data: bytes) -> bool:
-    """Whether a PNG or JPEG file lacks its end; before 4.11, OpenCV gave out what there was of such a picture."""
-    if data.startswith(b"\x89PNG"):
-        start = 8
-        while (kind := data[start + 4 : start + 8]) not in (b"", b"IEND"):
-            start += 12 + int.from_bytes(data[start : start + 4], "big")
-        return kind == b""
-    if not data.startswith(b"\xff\xd8"):
-        return False
-    start = 2  # of each segment before the scan; a thumbnail in one of them has an end of its own
-    while data[start : start + 1] == b"\xff" and data[start + 1 : start + 2] != b"\xda":
-        is_fill = data[start + 1 : start + 2] == b"\xff"  # any number of them may stand before a segment
-        start += 1 if is_fill else 2 + int.from_bytes(data[start + 2 : start + 4], "big")
-    return b"\xff\xd9" not in data[start:]
+    """Whether a PNG or JPEG file lacks its end, or pixels before it, of which OpenCV gives out what there is."""
+    if not data.startswith(_JPEG):
+        return _end_of_others(data) < 0
+    plain, end = _bare_jpeg(data)
+    if end < 0:
+        return True
+    import av  # takes longer than a picture
+    from av.error import FFmpegError, InvalidDataError
+
+    context = av.CodecContext.create("mjpeg", "r")
+    context.options = {"err_detect": "explode"}
+    try:
+        context.decode(av.Packet(plain))
+    except FFmpegError as error:  # another one tells of a kind of JPEG that FFmpeg does not know
+        return isinstance(error, InvalidDataError)
+    return False
+
+
+def _end_of_others(data: bytes) -> int:
+    """Where a PNG, BMP or WebP ends; -1 where it does not, and 0 of others."""
+    if data.startswith((b"BM", b"RIFF")):
+        return int.from_bytes(data[2:6], "little") if data[:1] == b"B" else int.from_bytes(data[4:8], "little") + 8
+    start = 8 if data.startswith(b"\x89PNG") else len(data)
+    while (kind := data[start + 4 : start + 8]) not in (b"", b"IEND"):
+        start += 12 + int.from_bytes(data[start : start + 4], "big")
+    return start + 12 if kind else -1 if data.startswith(b"\x89PNG") else 0
+
+
+def _bare_jpeg(data: bytes) -> tuple[bytes, int]:
+    """A JPEG without what programs add (APP0 to 13 and 15, and comments), and where it ends; -1 where it does not."""
+    kept, at = [data[:2]], 2
+    while found := _MARKER.search(data, at):
+        kept.append(data[at : found.start()])
+        if found[0] == b"\xff\xd9":
+            return b"".join([*kept, found[0]]), found.end()
+        at = found.end() + int.from_bytes(data[found.end() : found.end() + 2], "big")
+        kept += [] if found[1] in _ADDED else [data[found.start() : at]]
+    return b"", -1

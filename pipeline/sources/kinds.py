@@ -53,7 +53,7 @@ def kind_of(source: str) -> Kind:
     """Tell what kind of source a text names, of a file by its first bytes; what exists comes first, then cameras."""
     path = Path(source)
     try:
-        is_folder, is_file = path.is_dir(), path.exists()
+        is_folder, is_file = source != "" and path.is_dir(), source != "" and path.exists()
     except OSError:  # too long for a file name
         is_folder = is_file = False
     if is_folder:

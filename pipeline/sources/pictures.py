@@ -138,6 +138,8 @@ def taken_unix_s(data: bytes) -> float | None:
 
 def list_pictures(source: str) -> list[Path]:
     """List the files of a folder or glob in numeric order (frame2 before frame10); else the text stands for itself."""
+    if not source:
+        raise SourceError("the name of a source is empty")
     path = Path(source)
     if path.is_dir():
         found = [entry for entry in path.iterdir() if entry.suffix.lower() in PICTURE_ENDINGS and entry.is_file()]

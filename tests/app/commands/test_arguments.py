@@ -3,6 +3,7 @@
 import argparse
 import logging
 import re
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -153,3 +154,9 @@ def test_help_names_methods_of_ones_own(capsys):
     with registered(mine=("Mine", lambda grey: 100)), pytest.raises(SystemExit):
         main(["estimate", "--help"])
     assert " mine, fixed" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no device that is always full")
+def test_a_log_that_the_disk_has_no_room_for_is_said_and_counts(capsys):
+    assert main(["doctor", "--log-file", "/dev/full"]) == 1
+    assert "--log-file /dev/full: events are missing in it (the disk is full)" in capsys.readouterr().err

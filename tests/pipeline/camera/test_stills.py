@@ -4,12 +4,14 @@ import io
 import struct
 import zlib
 
+import cv2
 import numpy as np
 import pytest
 from dockpose.camera.image import ImageError, decode
 from PIL import Image
 
 RGB = Image.new("RGB", (8, 6), (200, 100, 50))
+NOISE = np.random.default_rng(0).integers(0, 256, (64, 64)).astype(np.uint8)
 
 
 def by_pillow(kind):
@@ -54,6 +56,43 @@ def test_pnms_one_after_another_in_a_file_are_refused(one):
     assert decode(one).size
     with pytest.raises(ImageError, match=r"^dock\.pgm: holds several pictures, one after another"):
         decode(one + one, "dock.pgm")
+
+
+@pytest.mark.parametrize("ending", [".jpg", ".png", ".bmp", ".webp"])
+def test_pictures_one_after_another_in_a_file_are_refused_and_what_else_follows_is_not(ending):
+    one, small = (cv2.imencode(ending, NOISE[:side, :side])[1].tobytes() for side in (64, 16))
+    whole = decode(one)
+    for many in (one + one, one + bytes(5) + one):
+        with pytest.raises(ImageError, match=r"^a: holds several pictures, one after another; save each"):
+            decode(many, "a")
+    for more in (bytes(99), b"SEFT and a maker's data", b"\0\0\0\x18ftypmp42", small if ending == ".jpg" else b""):
+        np.testing.assert_array_equal(decode(one + more), whole)
+
+
+def test_previews_that_a_jpeg_lists_are_no_further_pictures():
+    one = cv2.imencode(".jpg", NOISE)[1].tobytes()
+    listed = one[:2] + b"\xff\xe2\0\x08MPF\0\xff\xd9" + one[2:]
+    np.testing.assert_array_equal(decode(listed + one), decode(one))
+
+
+@pytest.mark.parametrize("how", [(), (cv2.IMWRITE_JPEG_PROGRESSIVE, 1), (cv2.IMWRITE_JPEG_RST_INTERVAL, 2)])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_a_jpeg_whose_pixels_end_before_its_end_is_cut_short(how, channels):
+    data = cv2.imencode(".jpg", NOISE.repeat(channels).reshape(64, 64, channels), how)[1].tobytes()
+    odd = data[:2] + b"\xff\xe1\0\x06\xff\xd9\0\0\xff\xfe\0\4ab" + data[2:]  # damaged EXIF, and a comment
+    np.testing.assert_array_equal(decode(odd), decode(data))
+    for part in (0.5, 0.7, 0.9):
+        with pytest.raises(ImageError, match="damaged or cut short"):
+            decode(data[: int(part * len(data))] + b"\xff\xd9")
+
+
+def test_a_picture_that_is_transparent_everywhere_is_not_taken_as_black():
+    image = np.full((8, 8, 4), 200, np.uint8)
+    image[:, :, 3] = 0
+    with pytest.raises(ImageError, match=r"^a: is transparent everywhere \(its alpha channel is 0\)"):
+        decode(cv2.imencode(".png", image)[1].tobytes(), "a")
+    image[0, 0, 3] = 255
+    assert decode(cv2.imencode(".png", image)[1].tobytes()).sum() == 600
 
 
 @pytest.mark.parametrize(

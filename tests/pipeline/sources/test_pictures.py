@@ -198,3 +198,11 @@ def test_a_number_is_a_camera_even_beside_a_file_of_that_name(tmp_path, monkeypa
         assert frames.count == 1
     with pytest.raises(ValueError, match="rotate is 45"):
         open_frames("97", rotate=45)
+
+
+def test_no_name_is_not_the_folder_where_the_program_is(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Image.new("L", (8, 6)).save("a.png")
+    assert len(taken(".")[0]) == 1
+    with pytest.raises(SourceError, match=r"^the name of a source is empty"):
+        open_frames("")

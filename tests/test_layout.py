@@ -10,6 +10,8 @@ from tests.support import layout
 from tests.support.layout import HOUSES, ROOT
 
 MOST_LINES = 340
+# Of each package. Lowered by whoever takes lines away; a change that needs more takes others out in the same commit.
+MOST_IN_ALL = {"app": 16_600, "pipeline": 24_750}
 
 # Imports against the order that are still to be cut.
 STILL_WRONG: set[tuple[str, str]] = set()
@@ -81,6 +83,11 @@ def test_each_folder_says_what_lives_there(house):
 @pytest.mark.parametrize("house", HOUSES)
 def test_files_are_short(house):
     assert {str(path): layout.lines(path) for path in layout.files(house) if layout.lines(path) > MOST_LINES} == {}
+
+
+@pytest.mark.parametrize("house", HOUSES)
+def test_packages_do_not_grow(house):
+    assert sum(map(layout.lines, layout.files(house))) <= MOST_IN_ALL[house]
 
 
 def test_each_test_file_stands_where_its_subject_stands():

@@ -12,6 +12,10 @@ from dockpose.pose.known import pose_error
 from dockpose.simulate import Scene, truth_of
 
 _LEAST_PX = 2.0  # that a group reaches from its middle, however small it is
+_ALIKE, _TILT_ALIKE = (
+    0.5,
+    3.0,
+)  # standard errors within which ranges are one, and tilts are of the same of the two poses
 
 
 @dataclass(frozen=True)
@@ -30,17 +34,45 @@ class Losses:
         return f"{count(self.lights, 'light')}: {', '.join(lost) or 'all apart'}; {count(self.strays, 'stray')}"
 
 
-def best_first(found: Mapping[str, Estimate], view: View) -> list[str]:
-    """Return the methods' names: those right first, then those that found a dock, by lights and how near they lie."""
+def ranks(found: Mapping[str, Estimate], view: View) -> dict[str, int]:
+    """Return ranks from 1: methods that are right first, then those that found a dock, by lights and how near they lie.
 
-    def rank(name: str) -> tuple[bool, bool, int, float]:
+    Results that the picture cannot tell apart share a rank, in the order of ``found``.
+    """
+
+    def order(name: str) -> tuple[bool, bool, int, float]:
         one = found[name]
-        pose, error = one.selected, pose_error(one.selected, view.known_pose)
-        is_right = error is not None and error.agrees
-        rms_px = None if pose is None else pose.rms_px
-        return not is_right, pose is None, -(one.lights_on_ring or 0), np.inf if rms_px is None else rms_px
+        rms_px = None if one.selected is None else one.selected.rms_px
+        lights = -(one.lights_on_ring or 0)
+        return not _is_right(one, view), one.selected is None, lights, np.inf if rms_px is None else rms_px
 
-    return sorted(found, key=rank)
+    leaders: list[str] = []
+    rank = dict.fromkeys(found, 0)
+    for name in sorted(found, key=order):
+        alike = (number for number, best in enumerate(leaders) if _is_alike(found[name], found[best], view))
+        rank[name] = next(alike, len(leaders)) + 1
+        if rank[name] > len(leaders):
+            leaders.append(name)
+    return dict(sorted(rank.items(), key=lambda pair: pair[1]))
+
+
+def _is_right(found: Estimate, view: View) -> bool:
+    error = pose_error(found.selected, view.known_pose)
+    return error is not None and error.agrees
+
+
+def _is_alike(one: Estimate, best: Estimate, view: View) -> bool:
+    """Whether results are as right, ranges within half of the best one's standard error, tilts of the same pose."""
+    first, second = best.selected, one.selected
+    if first is None or second is None:
+        return first is second
+    sigmas_m, sigmas_rad = first.sigma_total_position_m, first.sigma_total_theta_rad
+    if sigmas_m is None or sigmas_rad is None or _is_right(one, view) != _is_right(best, view):
+        return False
+    ranges_m = [np.linalg.norm(pose.position_m) for pose in (first, second)]
+    turns_rad = [(pose.theta_x_rad, pose.theta_y_rad) for pose in (first, second)]
+    is_as_far = abs(ranges_m[1] - ranges_m[0]) <= _ALIKE * sigmas_m[2]
+    return bool(is_as_far and (np.abs(np.subtract(*turns_rad)) <= _TILT_ALIKE * np.array(sigmas_rad)).all())
 
 
 def losses(found: Mapping[str, Estimate], best: Estimate, scene: Scene | None = None) -> dict[str, Losses]:

@@ -13,7 +13,7 @@ from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, s
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view, error_words, figure_15, histogram_in, same_comparison
-from dockpose.app.processing.losses import best_first, losses
+from dockpose.app.processing.losses import losses, ranks
 from dockpose.app.state.changes import with_method
 from dockpose.app.state.view import View
 from dockpose.app.web.choices import Client
@@ -29,7 +29,7 @@ from dockpose.pose.known import pose_error
 from dockpose.thresholds import LEVELS, METHODS
 
 _AROUND = 1.25  # of the ring's size: what a crop shows
-_WIDEST_PX = 480  # of a crop as it is sent
+_WIDEST_PX = 800  # of a crop as it is sent
 _OUTLINE_STEP = 4  # of the points on the ellipse
 
 
@@ -49,9 +49,9 @@ def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, A
         return np.round((inside - [left - 0.5, top - 0.5]) * scale, 1).tolist()
 
     grey = cropped(to_levels(to_grey(view.image))[0], cv2.INTER_AREA)
-    names, methods = best_first(found, view), []
-    lost = losses(found, found[names[0]], view.scene)
-    for name in names:
+    ranked, methods = ranks(found, view), []
+    lost = losses(found, found[next(iter(ranked))], view.scene)
+    for name, rank in ranked.items():
         one = found[name]
         kept = cropped(255 * kept_pixels(view.image, one).astype(np.uint8), cv2.INTER_AREA)  # none is lost
         outline = geometry.outline(one)
@@ -65,7 +65,7 @@ def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, A
             "level": None if one.threshold is None or one.threshold.level >= LEVELS else one.threshold.level,
             "lost": lost[name].in_words() if name in lost else "",
         }
-        methods.append({"name": name, "label": METHODS[name].label} | method_words(one, view) | drawn)
+        methods.append({"name": name, "label": METHODS[name].label, "rank": rank} | method_words(one, view) | drawn)
     picture = base64.b64encode(cv2.imencode(".png", grey)[1].tobytes()).decode()
     counts = np.log1p(histogram_in(view, next(iter(found.values()))).counts)
     return {

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.processing.losses import Losses, best_first, losses
+from dockpose.app.processing.losses import Losses, losses, ranks
 from dockpose.lights.markers import Markers
 from msgspec.structs import replace as changed
 
@@ -47,5 +47,20 @@ def test_methods_that_are_right_come_first_and_none_of_no_dock_last(view, right)
     nothing = replace(right, status="no_lights", choice=None, ring=None)
     moved = replace(view, truth=None)
     found = {"none": nothing, "right": right}
-    assert best_first(found, view) == best_first(found, moved) == ["right", "none"]
+    assert list(ranks(found, view).items()) == list(ranks(found, moved).items()) == [("right", 1), ("none", 2)]
     assert losses({"none": nothing}, nothing) == {}
+
+
+def test_results_that_the_picture_cannot_tell_apart_share_a_rank_in_their_order(view, right):
+    sigma_m = right.selected.sigma_total_position_m[2]
+    ahead = right.selected.position_m / np.linalg.norm(right.selected.position_m)
+
+    def off(sigmas, rms_px):
+        pose = replace(right.selected, position_m=right.selected.position_m + sigmas * sigma_m * ahead, rms_px=rms_px)
+        candidates = tuple(pose if one is right.selected else one for one in right.choice.candidates)
+        return replace(right, choice=replace(right.choice, candidates=candidates))
+
+    found = {"first": off(0.4, 0.3), "far": off(0.6, 0.2), "best": off(0, 0.1)}
+    assert list(ranks(found, view).items()) == [("first", 1), ("best", 1), ("far", 2)]
+    other = replace(right, choice=replace(right.choice, selected=1 - right.choice.selected))
+    assert ranks({"one": right, "other": other}, replace(view, truth=None))["other"] == 2

@@ -72,7 +72,7 @@ def _is_idle(node: Any) -> bool:
             return True
         if parent.type in ("param", "funcdef", "lambdef") and node is parent.annotation:
             return True
-        if parent.type == "annassign" and node is parent.children[1]:
+        if parent.type == "tfpdef" or (parent.type == "annassign" and node is parent.children[1]):
             return True
         node = parent
     return False

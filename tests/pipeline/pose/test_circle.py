@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from dockpose import Camera
 from dockpose.lights.ellipse import ellipse_from_conic, fit_ellipse
-from dockpose.pose.circle import circle_poses, rotation_from_angles
+from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
+from scipy.spatial.transform import Rotation
 
 CAMERA = Camera(700, 690, 310, 250, 640, 480)
 
@@ -126,3 +127,10 @@ def test_a_diameter_that_is_none_is_named(diameter):
     ellipse = ellipse_from_conic([1, 0, 1, -640, -480, 320**2 + 240**2 - 70**2])
     with pytest.raises(ValueError, match="diameter"):
         circle_poses(ellipse, CAMERA, diameter)
+
+
+def test_the_quaternion_is_the_turn_by_pitch_and_then_by_yaw():
+    normal = -rotation_from_angles(0.4, -0.9)[:, 2]
+    pose = CirclePose.at(np.array([0.0, 0.0, 2.0]), normal, CAMERA)
+    expected = Rotation.from_euler("YX", [-0.9, 0.4]).as_quat()
+    np.testing.assert_allclose(pose.quaternion_xyzw, expected, atol=1e-12)

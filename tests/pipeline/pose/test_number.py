@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 from dockpose import Dock
-from dockpose.pose.circle import rotation_from_angles
+from dockpose.pose.choice import Choice
+from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.number import choose_with_number
 from dockpose.pose.solve import find_poses
 
 from tests.support.docks import CAMERA
@@ -39,3 +41,37 @@ def test_lights_anywhere_on_a_circle_have_no_number():
     ring = 0.15 * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
     _, choice = find_poses(CAMERA.project(np.array([0.1, 0, 1.0]) + ring @ ROTATION.T), CAMERA, Dock(0.30))
     assert (choice.number, choice.selected_by, choice.decided) == (None, "none", False)
+
+
+def choice_by(first, probability, rms_px):
+    """Two poses 60 degrees apart, of which the likelier has one of these normals."""
+    normals = [np.array([s * 0.5, 0.0, -np.sqrt(0.75)]) for s in (first, -first)]
+    return Choice(
+        tuple(
+            CirclePose.at(np.array([0.0, 0, 2.0]), normal, CAMERA, probability=p, rms_px=rms)
+            for normal, p, rms in zip(normals, (probability, 1 - probability), rms_px, strict=True)
+        ),
+        0,
+        "spacing",
+        None,
+    )
+
+
+def test_probabilities_of_numbers_are_summed_by_what_their_squares_and_missing_lights_make_likely():
+    # Of eight lights both numbers fit as well, but for one light that nobody sees: 15 in 100.
+    of_number = {8: choice_by(1, 0.9, (0.1, 0.3)), 9: choice_by(-1, 0.8, (0.1, 0.3))}
+    chosen = choose_with_number(lambda dock: of_number.get(dock.lights or 0), 8, CAMERA, Dock(0.30))
+    assert chosen is not None
+    assert chosen.number == 8
+    assert chosen.candidates[0].probability == pytest.approx((0.9 + 0.15 * 0.2) / 1.15)
+    assert chosen.candidates[0].normal[0] > 0
+    assert choose_with_number(lambda dock: None, 8, CAMERA, Dock(0.30)) is None
+
+
+def test_a_number_whose_lights_are_far_off_even_spacing_tells_nothing():
+    # Eight lights of a ring of 15 cm, 2 m away, are spaced a fifth of which is some pixels.
+    step_px = 2 * np.pi / 8 * CAMERA.fx * 0.15 / 2
+    for share, number in ((0.19, 8), (0.21, None)):
+        only = {8: choice_by(1, 0.9, (share * step_px, 2 * step_px))}
+        chosen = choose_with_number(lambda dock, only=only: only.get(dock.lights or 0), 8, CAMERA, Dock(0.30))
+        assert (None if chosen is None else chosen.number) == number

@@ -12,8 +12,9 @@ from dockpose.camera.sigma import errors_of, moved
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.pose.solve import find_poses
-from dockpose.pose.uncertainty import PARTS, PoseErrors, _prior_noise_px, _quantile
+from dockpose.pose.uncertainty import PARTS, PoseErrors, _prior_noise_px, _quantile, log_evidence
 from dockpose.study.judge import nearest, signed_errors
+from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 from scipy.special import erf, stdtrit
 from scipy.stats import chi2
@@ -237,3 +238,20 @@ def test_errors_of_what_is_fixed_to_the_dock_are_those_of_the_dock_and_of_its_tu
     np.testing.assert_allclose(carried.covariance, by @ factor @ factor.T @ by.T, atol=1e-9)
     assert carried.noise == 0.7
     np.testing.assert_array_equal(carried.rotation, entrance)
+
+
+@pytest.mark.parametrize("freedom", [2, 8, 34])
+def test_the_evidence_is_the_integral_of_the_likelihood_over_all_noises(freedom):
+    def integral(squares):
+        def of(log_noise):
+            noise = math.exp(log_noise)
+            prior = min(1, (noise / 0.05) ** 0.5) * min(1, (0.95 / noise) ** 3)
+            return prior * noise**-freedom * math.exp(-squares / (2 * noise**2))
+
+        around = 0.5 * math.log(squares / freedom)
+        return quad(of, around - 4, around + 8, points=[around], limit=200)[0]
+
+    squares = np.array([0.01, 0.05, 0.4, 9.0])
+    expected = np.log([integral(each) for each in squares])
+    told = log_evidence(squares, freedom)
+    np.testing.assert_allclose(told - told[0], expected - expected[0], atol=0.02)

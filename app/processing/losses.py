@@ -72,7 +72,9 @@ def _is_alike(one: Estimate, best: Estimate, view: View) -> bool:
     ranges_m = [np.linalg.norm(pose.position_m) for pose in (first, second)]
     turns_rad = [(pose.theta_x_rad, pose.theta_y_rad) for pose in (first, second)]
     is_as_far = abs(ranges_m[1] - ranges_m[0]) <= _ALIKE * sigmas_m[2]
-    return bool(is_as_far and (np.abs(np.subtract(*turns_rad)) <= _TILT_ALIKE * np.array(sigmas_rad)).all())
+    return bool(
+        is_as_far and (np.abs(np.subtract(turns_rad[0], turns_rad[1])) <= _TILT_ALIKE * np.array(sigmas_rad)).all()
+    )
 
 
 def losses(found: Mapping[str, Estimate], best: Estimate, scene: Scene | None = None) -> dict[str, Losses]:

@@ -14,6 +14,7 @@ PARTS = {
     "real": ("real", "photographs and pictures by other programs"),
     "page": ("test-page", "the whole page in a browser"),
     "mutants": ("mutants", "changes to the code that tests should tell"),
+    "benches": ("benches", "the benches on which README and notes rest, whose figures are floors"),
     "oldest": ("test-oldest", "the oldest version of each dependency"),
     "pythons": ("test-pythons", "the other Pythons"),
     "docs": ("docs", "the documentation, built"),

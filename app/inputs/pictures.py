@@ -11,10 +11,12 @@ import numpy as np
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.camera.image import orientation_sentence, turned
+from dockpose.camera.stills import name_of
 from dockpose.files import FileError, to_yaml, write_whole
 from dockpose.pose.known import KnownPose
 from dockpose.sidecar import read_sidecar, sample_path
 from dockpose.sources import Frame, SourceError, list_pictures
+from dockpose.sources.kinds import Kind, kind_of
 from dockpose.sources.pictures import read_tagged
 from dockpose.text import MOST_START_BYTES, RESULTS, InputError, kind_in_words
 
@@ -132,7 +134,8 @@ def camera_and_dock(path: Path, camera: Camera | None, dock: Dock | None) -> tup
     """Find the camera and the dock of a file; where None is given, the YAML beside it says."""
     if path.is_file():
         with contextlib.suppress(OSError), path.open("rb") as file:
-            if (kind := kind_in_words(file.read(MOST_START_BYTES), RESULTS)) is not None:
+            start = file.read(MOST_START_BYTES)
+            if kind := kind_in_words(start, RESULTS) or (kind_of(str(path)) is Kind.PICTURE and name_of(start)):
                 raise FileError(f"{path}: is {kind}")
     if camera is None or dock is None:
         if not path.is_file():

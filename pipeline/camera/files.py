@@ -51,7 +51,7 @@ def load_camera(
     if told := foreign_content(content):
         raise FileError(f"{file}: {told}")
     try:
-        is_own = isinstance(content, dict) and "camera" in content
+        is_own = isinstance(content, dict) and isinstance(content.get("camera"), dict)
         found = {} if is_own and not wanted and not cameras_in(content["camera"]) else cameras_in(content)
         if is_own and not found:
             return msgspec.convert(content["camera"], Camera, strict=False)

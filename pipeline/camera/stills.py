@@ -41,7 +41,8 @@ _CONVERTED = {
     "an HDF5 file": (b"\x89HDF",),
 }
 _OTHERS = {
-    "an archive; unpack it": (b"PK\3\4", b"\x1f\x8b", b"7z\xbc\xaf", b"Rar!", b"\x28\xb5\x2f\xfd"),
+    "an archive; unpack it": (b"PK\3\4", b"\x1f\x8b", b"BZh", b"7z\xbc\xaf", b"Rar!", b"\x28\xb5\x2f\xfd"),
+    "the log of a bag; open the .db3 beside it": (b"\x37\x7f\x06\x82", b"\x37\x7f\x06\x83"),
     "a web page, not a picture": (b"<!DOCTYPE html", b"<html"),
     "what Git LFS leaves in place of a file; fetch it by git lfs pull": (b"version https://git-lfs",),
     "a video or a sound, which is opened by itself": (b"ftyp", b"\x1aE\xdf\xa3"),

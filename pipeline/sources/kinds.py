@@ -21,6 +21,7 @@ VIDEO_ENDINGS = (
 )
 BAG_ENDINGS = (".mcap", ".bag", ".db3")  # of files; rosbag2 makes folders of the first and the last
 _HEAD_BYTES = 8192
+_METADATA_BEGINS = b"rosbag2_bagfile_information"  # of the file that describes a bag's folder
 # How files begin, whatever their names: MP4 and QuickTime by their boxes, MPEG's streams by their packets.
 _PICTURE_BEGINS = re.compile(
     rb"""(?xs) \xff\xd8\xff | \x89PNG\r\n | GIF8[79]a | II[*+U]\0 | MM\0[*+] | II(RO|RS) | MMOR | RIFF.{4}WEBP
@@ -30,6 +31,7 @@ _PICTURE_BEGINS = re.compile(
 _VIDEO_BEGINS = re.compile(
     rb"""(?xs) .{4}(ftyp | moov | mdat | moof | styp | sidx) | \0.{3}(free | skip | wide | pnot) | \x1a\x45\xdf\xa3
     | RIFF.{4}(AVI\ |CDXA) | \0\0\x01[\xba\xb3] | \0?\0\0\x01[\x67\x40\x46] | \x30\x26\xb2\x75\x8e\x66\xcf\x11
+    | nut/multimedia | \.RMF | \xb7\xd8\x00\x20\x37\x49\xda\x11
     | FLV\x01 | OggS | DKIF\0 | YUV4MPEG2\  | \x06\x0e\x2b\x34\x02\x05\x01\x01 | IMKH | DHAV
     | .{0,203}?( (\x47.{187}){8} | (\x47.{191}){8} | (\x47.{203}){8} )"""
 )
@@ -81,7 +83,7 @@ def _by_content(path: Path) -> Kind | None:
         head = head_of(path, _HEAD_BYTES) if path.is_file() else b""
     except OSError:
         return None
-    if ending_of(head) or head.startswith(ZSTD_BEGINS):
+    if ending_of(head) or head.startswith((ZSTD_BEGINS, _METADATA_BEGINS)):
         return Kind.BAG
     if _PICTURE_BEGINS.match(head):
         if head.startswith(b"\xff\xd8") and path.suffix.lower() in _MOTION_JPEG:  # which begins as its first picture

@@ -72,6 +72,9 @@ def content_of(data: bytes, name: str) -> Any:
     try:
         return parse_yaml(_first_document(data), name)
     except FileError as error:
+        if "its top is str" in str(error):
+            keys = "holds no keys, as image_width: 640"
+            raise FileError(f"{name}: {keys}, and is no other kind of camera file ({READ})") from error
         if name.lower().endswith((".yaml", ".yml")) or "not valid YAML" not in str(error):
             raise
         told = f"{name}: {no_json}" if no_json else f"{error}, and no other kind of camera file ({READ})"

@@ -107,7 +107,7 @@ class Described:
         if is_fisheye(self.model):  # of which DepthAI writes 14, and RealSense 5
             is_padded = (len(bent) > 8 or lens_name(self.model) == "kannalabrandt4") and not any(bent[4:])
             bent = bent[:4] if is_padded else bent
-        elif 8 < len(bent) <= 14:
+        elif 5 < len(bent) <= 14:
             bent = next(bent[:count] for count in (5, 8, 12, 14) if not any(bent[count:]))
         if lengths == (0,) and not any(bent):
             bent = []

@@ -14,6 +14,7 @@ _FISHEYE_TERMS = ("k1", "k2", "k3", "k4")
 # What scripts call the same things, without capitals and signs; of several cameras with one of the pairs behind.
 _MATRICES = ("cameramatrix", "intrinsicmatrix", "mtx", "cammatrix", "cammtx", "cameraintrinsics", "intrinsics")
 _SHORT_MATRICES = ("intrinsic", "matrix", "k", "m", "kk", "intrinsicsmatrix", "cameramtx", "a", "cam", "kmatrix")
+_SHORT_MATRICES += ("camk",)
 _ENDS = ("coefficients", "coeffs", "coeff", "coefs", "coef", "parameters", "params", "vector", "vec", "")
 _BENT = tuple(f"{head}{end}" for head in ("distortion", "dist") for end in _ENDS)
 _BENT += ("d", "distortions", "coeffs", "kc", "coefficients", "lensdistortion", "coeff", "distcoeffsvector")
@@ -100,6 +101,8 @@ def camera_alone(values: Mapping[str, Any], *args: Any, **kwargs: Any) -> Descri
 def lens_of(fields: Fields, which: str, model: str) -> list[float]:
     """A lens's coefficients, in a list, in one of radial and one of tangential ones, or one by one."""
     value = fields.first(*(name for each in _BENT for name in (f"{each}{which}", f"{which}{each}")))
+    if value is None and isinstance(part := fields.content.get("distortion"), Mapping):  # of SVO and maplab
+        value = fields.get("parameters") if "parameters" in part else None
     if value is None and which == "" and isinstance(row := fields.first("k"), list) and np.size(row) != 9:
         value = row
     if value is not None:
@@ -152,6 +155,7 @@ def matrices_in(content: Mapping[Any, Any]) -> list[tuple[str, str]]:
 def is_row(content: Mapping[Any, Any]) -> bool:
     """Whether fx, fy, cx and cy stand in a row."""
     rows = [value for key, value in content.items() if plain(key) in ROWS]
+    rows = [each.get("data") if isinstance(each, Mapping) else each for each in rows]
     is_kalibr = "camera_model" in content or "distortion_model" in content
     return any(isinstance(each, list) and (is_kalibr or np.shape(each) == (4,)) for each in rows)
 

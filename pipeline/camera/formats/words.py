@@ -17,6 +17,12 @@ _BY_BEGINNING = (
         rb"\x1f\x8b|BZh|\xfd7zXZ|7z\xbc\xaf|.{257}ustar",
         "is an archive, as ROS's calibrator packs; unpack it and bring ost.yaml, or left.yaml or right.yaml of a pair",
     ),
+    (rb"version https://git-lfs", "is what Git LFS leaves in place of a file; fetch it by git lfs pull"),
+    (rb"\s*(?i:<!doctype html|<html)", "is a web page; download the file itself"),
+    (
+        rb".{,9999}?\bIntrinsic of \"",
+        "is what rs-enumerate-devices prints; bring the camera_info of its ROS driver, or fx, fy, cx, cy as YAML",
+    ),
     (rb"\x93NUMPY", f"is a single array of NumPy; {_BOTH}"),
     (rb"\x80[\x02-\x05]|\(dp?\d?\r?\n|\(lp\d\r?\n", f"is a pickle of Python, which is not safe to read; {_BOTH}"),
     (
@@ -66,6 +72,8 @@ def foreign(data: bytes) -> str:
 
 def foreign_content(content: Any) -> str:
     """What a file is that is not read, by its keys; empty where it may be read."""
+    if isinstance(content, list) and content:  # OpenSfM's reconstructions
+        content = content[0]
     if not isinstance(content, Mapping):
         return ""
     names = {plain(key.rpartition(".")[2]) for key, _, _ in Fields(content).entries}

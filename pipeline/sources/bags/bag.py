@@ -193,7 +193,7 @@ class Bag(Indexed):
                 return decoding.frame_of(self._message(at)), (width, height)
             except ValueError as error:
                 reasons.append(str(error).removeprefix(f"{self.source}: frame {at}: "))
-        if len(reasons) > 1 and len(set(reasons)) == 1:
+        if len(set(reasons)) == 1:
             raise SourceError(f"{self.source}: no picture of {self.topic} can be read: the first {reasons[0]}")
         return "", None
 

@@ -2,8 +2,6 @@
 
 import contextlib
 import tempfile
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 from dockpose.files import FileError, read_yaml
@@ -26,20 +24,20 @@ def opened_files(source: str) -> tuple[list[Storage], str, contextlib.ExitStack]
     except ImportError as error:
         needed = "needs the packages that read bags: pip install 'dockpose[ros]'"
         raise SourceError(f"{source}: {needed}") from error
-    paths, is_by_message, unfinished = [path], False, ""
+    path = path.parent if path.name == BAG_METADATA else path
+    paths, unfinished = [path], ""
     if path.is_dir() and not (path / BAG_METADATA).is_file():
         unfinished = f"as it has no {BAG_METADATA}"
         paths = sorted(filter(storage.is_rosbag2_file, path.iterdir()), key=numeric)
     elif path.is_dir():
-        paths, is_by_message = _described(path)
+        paths = _described(path)
     if not paths:
         raise SourceError(f"{path}: the bag has no files")
-    expand = partial(storage.expanded, "zstd") if is_by_message else None
     with contextlib.ExitStack() as stack:
-        return [_opened(each, expand, stack) for each in paths], unfinished, stack.pop_all()
+        return [_opened(each, stack) for each in paths], unfinished, stack.pop_all()
 
 
-def _opened(path: Path, expand: Callable[[bytes], bytes] | None, stack: contextlib.ExitStack) -> Storage:
+def _opened(path: Path, stack: contextlib.ExitStack) -> Storage:
     from dockpose.sources.bags.chunked import McapFile, Ros1File
 
     try:
@@ -53,7 +51,7 @@ def _opened(path: Path, expand: Callable[[bytes], bytes] | None, stack: contextl
             raise SourceError("is compressed by zstd, and what is in it is no bag")
         ending = ending or path.suffix.lower()  # whose reader says what is amiss
         if ending == ".db3":
-            file: Storage = SqliteFile(path, expand)
+            file: Storage = SqliteFile(path)
         else:
             file = McapFile(path) if ending == ".mcap" else Ros1File(path)
     except OSError as error:
@@ -86,8 +84,8 @@ def _unpacked(path: Path, folder: Path) -> Path:
     return unpacked
 
 
-def _described(folder: Path) -> tuple[list[Path], bool]:
-    """The files that a folder's metadata.yaml names, and whether messages are compressed one by one."""
+def _described(folder: Path) -> list[Path]:
+    """The files that a folder's metadata.yaml names."""
     try:
         content = read_yaml(folder / BAG_METADATA)
     except FileError as error:
@@ -101,4 +99,4 @@ def _described(folder: Path) -> tuple[list[Path], bool]:
         raise SourceError(f"{folder}: the bag's {', '.join(missing)} is not there")
     if about.get("compression_format") not in (None, "", "zstd"):
         raise SourceError(f"{folder}: is compressed by {about['compression_format']!r}; zstd is read")
-    return paths, str(about.get("compression_mode", "")).lower() == "message"
+    return paths

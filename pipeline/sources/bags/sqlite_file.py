@@ -4,7 +4,7 @@ import contextlib
 import shutil
 import sqlite3
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from itertools import repeat
 from pathlib import Path
@@ -23,11 +23,11 @@ _NO_NAME = 32  # bytes
 class SqliteFile(Storage):
     """A database as rosbag2 writes it, with the tables "topics" and "messages"."""
 
-    def __init__(self, path: Path, expand: Callable[[bytes], bytes] | None = None) -> None:
+    def __init__(self, path: Path) -> None:
         super().__init__()
         if storage.ending_of(storage.head_of(path)) != ".db3":
             raise SourceError("is not an SQLite database")
-        self._expand, self._bytes = expand or bytes, path.stat().st_size
+        self._bytes = path.stat().st_size
         with contextlib.ExitStack() as stack:
             address = self._copied(path, stack) or f"{path.resolve().as_uri()}?immutable=1"  # no file is made beside it
             self._database = sqlite3.connect(address, uri=True, check_same_thread=False)
@@ -122,7 +122,7 @@ class SqliteFile(Storage):
     def _bytes_of(self, data: object) -> bytes:
         """What a message holds; nothing where it is damaged, which is reported when it is read."""
         try:
-            return self._expand(data) if isinstance(data, bytes) else b""
+            return _expanded(data) if isinstance(data, bytes) else b""
         except ValueError:
             return b""
 
@@ -135,4 +135,9 @@ class SqliteFile(Storage):
             raise ValueError("it is not there")
         if not isinstance(row[0], bytes):
             raise ValueError(f"its data are {shown(row[0])}, not bytes")
-        return self._expand(row[0])
+        return _expanded(row[0])
+
+
+def _expanded(data: bytes) -> bytes:
+    """A message, expanded where rosbag2 compressed each by itself: none of ROS 2 begins as Zstandard does."""
+    return storage.expanded("zstd", data) if data.startswith(storage.ZSTD_BEGINS) else data

@@ -119,6 +119,12 @@ def test_a_fixed_level_and_a_minimum_area_are_used(tank, json_lines):
     assert (line["settings"]["min_area_px"], line["status"]) == (100000, "no_lights")
 
 
+def test_what_is_no_picture_is_named_before_a_camera_is_asked_for(tmp_path, capsys):
+    (tmp_path / "dive.bag.gz").write_bytes(b"\x1f\x8b\x08" + bytes(40))
+    assert main(["estimate", str(tmp_path / "dive.bag.gz")]) == 1
+    assert "dive.bag.gz: is an archive; unpack it" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "message"),

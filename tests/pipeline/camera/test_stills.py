@@ -134,6 +134,8 @@ def test_a_png_is_read_as_it_is_with_what_is_transparent_black(data, levels):
         (b"<?xml version='1.0'?>\n<svg width='1'/>", "an SVG drawing; convert"),
         (b"\x76\x2f\x31\x01\2\0\0\0" + bytes(40), "an OpenEXR picture; convert"),
         (b"PK\3\4" + bytes(40), "an archive; unpack it"),
+        (b"BZh91AY" + bytes(40), "an archive; unpack it"),
+        (b"\x37\x7f\x06\x82" + bytes(40), r"the log of a bag; open the \.db3 beside it"),
         (b"version https://git-lfs.github.com/spec/v1\noid", "what Git LFS leaves"),
         (by_pillow("PCX"), "a PCX picture; convert"),
         (by_pillow("JPEG").replace(b"\xff\xc0\0\x11\x08", b"\xff\xc0\0\x11\x0c"), "a JPEG without loss or of 12 bits"),

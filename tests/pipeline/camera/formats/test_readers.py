@@ -537,6 +537,28 @@ FORMS = {
         ),
         pinhole(FIVE),
     ),
+    "a text about the camera": (
+        json.dumps({"camera": "front", "camera_matrix": K.tolist(), "dist": FIVE, "img_size": [WIDTH, HEIGHT]}),
+        pinhole(FIVE),
+    ),
+    "BOP's scene_camera": (json.dumps({"0": {"cam_K": K.ravel().tolist(), "depth_scale": 1.0}}), pinhole()),
+    "SVO and maplab": (
+        json.dumps(
+            {
+                "cameras": [
+                    {
+                        "camera": IMAGE
+                        | {
+                            "type": "pinhole",
+                            "intrinsics": {"cols": 1, "rows": 4, "data": [FX, FY, CX, CY]},
+                            "distortion": {"type": "equidistant", "parameters": {"cols": 1, "rows": 4, "data": BENT}},
+                        }
+                    }
+                ]
+            }
+        ),
+        fisheye(),
+    ),
     "thin prism": (json.dumps({"camera_matrix": K.tolist(), "dist": PRISM, **SIZE}), pinhole(PRISM)),
     "tilted": (json.dumps({"camera_matrix": K.tolist(), "dist": TILTED, **SIZE}), pinhole(TILTED)),
 }
@@ -604,7 +626,7 @@ def test_a_small_skew_is_none_with_a_note(write, share, is_taken):
         load_camera(path)
 
 
-@pytest.mark.parametrize("length", [12, 14])
+@pytest.mark.parametrize("length", [8, 12, 14])
 @pytest.mark.parametrize("own", [FIVE, EIGHT])
 def test_what_ends_in_zeros_is_the_shorter_model(write, length, own):
     bent = [*own, *[0.0] * (length - len(own))]
@@ -695,6 +717,11 @@ def test_the_region_of_a_sensor_is_taken_off(write):
             json.dumps(K.tolist()).replace(",", " ").strip("[]").replace("]", "").replace("[", ""),
             "numbers without names",
         ),
+        ("version https://git-lfs.github.com/spec/v1\noid", "is what Git LFS leaves in place of a file"),
+        ("\n<!DOCTYPE html><html>", "is a web page; download the file itself"),
+        ('Device info:\n\n Intrinsic of "Color" / 640x480\n  Width: 640', "is what rs-enumerate-devices prints"),
+        ("fx,fy,cx,cy\n1,2,3,4\n", "holds no keys, as image_width: 640, and is no other kind of camera file"),
+        (json.dumps([{"cameras": {"v2": {"projection_type": "brown", "focal_x": 1.1}}}]), "is of OpenSfM"),
         (b"\x93NUMPY\x01\x00", "is a single array of NumPy; bring matrix and lens"),
         (b"\x80\x04\x95pickle", "is a pickle of Python"),
         (b"\x1f\x8b\x08\x00", "is an archive, as ROS's calibrator packs; unpack it and bring ost.yaml"),

@@ -51,6 +51,10 @@ WRITERS = {
     "folder of SQLite": folder(),
     "folder of mcap": folder("MCAP"),
     "compressed messages": folder(prepare=compressed(rosbag2.CompressionMode.MESSAGE)),
+    "compressed messages, alone": lambda path, frames: next(
+        folder(prepare=compressed(rosbag2.CompressionMode.MESSAGE))(path, frames).glob("*.db3")
+    ).rename(path / "alone.db3"),
+    "a folder's description": lambda path, frames: folder()(path, frames) / "metadata.yaml",
     "compressed file": folder(prepare=compressed(rosbag2.CompressionMode.FILE)),
     "single db3": lambda path, frames: single_database(path / "bag", frames),
     "ROS 1, chunks of three": ros1(chunk_bytes=9000),
@@ -282,8 +286,9 @@ def test_a_camera_that_changes_is_named_and_one_that_is_calibrated_late_is_taken
     assert (camera.fx, len(notes)) == (140.0, 1)
 
 
-def test_pictures_of_which_none_can_be_read_are_named_before_a_camera_is_asked_for(tmp_path):
-    packed = [(TOPIC, bags.IMAGE, START_NS, bags.image(one, "mono12p")) for one in pictures(3)]
+@pytest.mark.parametrize("count", [1, 3])
+def test_pictures_of_which_none_can_be_read_are_named_before_a_camera_is_asked_for(tmp_path, count):
+    packed = [(TOPIC, bags.IMAGE, START_NS, bags.image(one, "mono12p")) for one in pictures(count)]
     with pytest.raises(SourceError, match=r"no picture of /\S+ can be read: the first has the encoding 'mono12p'"):
         described(tmp_path, packed)
     camera, _ = described(tmp_path, [info(), *packed, *bags.frames(pictures(1))])

@@ -50,10 +50,10 @@ def pose_lines(pose: CirclePose | KnownPose, estimate: Stages) -> tuple[np.ndarr
 
 
 def on_ring(estimate: Stages) -> np.ndarray:
-    """Return for each group (N,) bool whether it is a light on the ring."""
-    if estimate.markers is None:
-        return np.zeros(0, dtype=bool)
-    return np.zeros(len(estimate.markers), dtype=bool) if estimate.ring is None else estimate.ring.on_ring
+    """Return for each group (N,) bool whether it is a light on the ring of a dock; without a pose none is."""
+    if estimate.ring is None or estimate.selected is None:
+        return np.zeros(0 if estimate.markers is None else len(estimate.markers), dtype=bool)
+    return estimate.ring.on_ring
 
 
 def light_radii(estimate: Stages, least_px: float = 0.0) -> np.ndarray:

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Estimate, Settings, estimate
@@ -8,7 +10,7 @@ from dockpose.app.state.changes import with_mask, with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import with_sample
 from dockpose.camera.port import FlatPort
-from dockpose.estimate.geometry import in_picture
+from dockpose.estimate.geometry import in_picture, light_labels, on_ring
 from dockpose.simulate import render
 
 from tests.support.scenes import CAMERA, DOCK, random_scene
@@ -145,3 +147,9 @@ def test_levels_of_their_own_keep_the_pixels_they_list(view):
     assert found.threshold is not None
     assert found.threshold.kept is not None
     assert kept_pixels(view.image, found).sum() == len(found.threshold.kept[0].index)
+
+
+def test_without_a_pose_no_patch_is_a_light_of_the_dock(found):
+    assert on_ring(found).sum() == len(light_labels(found)) == 10
+    none = replace(found, choice=None)
+    assert (on_ring(none).tolist(), light_labels(none)) == ([False] * len(found.markers), [])

@@ -81,6 +81,16 @@ document.addEventListener("dblclick", (event) => {
   if (label) setTimeout(() => request({ do: "given", label }), SETTLED_MS);
 });
 
+// A slider, or the histogram's line, that is let go: what is drawn next is undone by itself.
+let isDrawn = false;
+document.addEventListener("pointerdown", ({ target }) => {
+  isDrawn = Boolean(viserPage.sliderAround(target) || target.closest?.(".grip"));
+}, true);
+document.addEventListener("pointerup", () => {
+  if (isDrawn) setTimeout(() => request({ do: "moved" }), SETTLED_MS);
+  isDrawn = false;
+}, true);
+
 // A picture of the board, which is dropped by a click, and taken back by another.
 document.addEventListener("click", (event) => {
   const board = event.target.closest?.("[data-board]");
@@ -102,7 +112,6 @@ class Jobs extends HTMLElement {
 
   build() {
     this.chips = make("div", { class: "chips" });
-    new ResizeObserver(() => this.giveRoom()).observe(this.chips);
     this.words = make("div", { class: "words", tabindex: "0", title: "All of it is shown while the pointer or the focus is here." });
     this.append(
       this.chips, this.words,
@@ -112,6 +121,8 @@ class Jobs extends HTMLElement {
       make("button", { type: "button", "data-pane": "scene", title: "Show the 3D view, or put it away." }, "3D"),
     );
     paneButton(this.lastElementChild);
+    const sizes = new ResizeObserver(() => this.giveRoom());
+    for (const one of [this.chips, this.words]) sizes.observe(one);
   }
 
   // What there is to say comes with each frame, to a place of its own that stands before this one.
@@ -134,6 +145,7 @@ class Jobs extends HTMLElement {
   giveRoom() {
     const height = this.chips.childElementCount > 0 ? `${this.chips.offsetHeight + 4}px` : "0px";
     document.documentElement.style.setProperty("--chips-height", height);
+    document.documentElement.style.setProperty("--words-height", `${this.words.offsetHeight}px`);
   }
 
   button(words, hint, act) {

@@ -14,7 +14,7 @@ from dockpose.app.state.tank import Tank
 from dockpose.app.state.view import View
 
 _LONGEST = 100
-_ONE_MOVE_S = 0.8  # a slider that is dragged changes many times, and is undone at once
+_ONE_MOVE_S = 3.0  # between changes of a slider that is dragged, which are undone at once, until it is let go
 _NOTED = ("camera", "dock", "settings", "scene", "by_hand", "measured", "tank", "camera_of", "dock_of")
 
 
@@ -40,11 +40,15 @@ class History:
         names, now = changed_names(before, after), self._clock()
         if not names:
             return
-        is_same_move = names == self._last_names and now - self._last_s < _ONE_MOVE_S
-        if not is_same_move or not self._past:
-            self._past = [*self._past, before][-_LONGEST:]
-        self._future = []
-        self._last_names, self._last_s = names, now
+        # What the first change made, as a fixed level or My tank's camera, later ones change within.
+        is_same = all(any(f"{name}.".startswith(f"{last}.") for last in self._last_names) for name in names)
+        if not is_same or now - self._last_s >= _ONE_MOVE_S or not self._past:
+            self._past, self._last_names = [*self._past, before][-_LONGEST:], names
+        self._future, self._last_s = [], now
+
+    def end_move(self) -> None:
+        """Say that a slider was let go: what changes next is undone by itself."""
+        self._last_names = set()
 
     def forget(self) -> None:
         """Forget all but My tank as it was: the picture is another one."""

@@ -91,6 +91,7 @@ class Layout:
                 request_to("given", label=str): lambda asked, client: app.change(
                     partial(with_given_number, label=asked.label), client, reload=True
                 ),
+                request_to("moved"): lambda asked, client: app.history.end_move(),
                 request_to("zip"): lambda asked, client: self.of(ExportPanel).save_all(client),
                 request_to("compare"): lambda asked, client: self.of(ComparePanel).compare(),
                 request_to("use", method=str): lambda asked, client: self.of(ComparePanel).use(asked.method, client),

@@ -3,7 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dockpose import Dock, Settings
-from dockpose.app.state.camera import with_my_tank, with_tank
+from dockpose.app.state.camera import kept, with_my_tank, with_tank
+from dockpose.app.state.changes import with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.tank import Tank
 from dockpose.app.state.undo import History, changed_names, difference_words
@@ -17,7 +18,7 @@ def history():
     return History(Clock())
 
 
-def walk(history, view, *steps, pause_s=1.0):
+def walk(history, view, *steps, pause_s=4.0):
     for step in steps:
         after = step(view)
         history._clock.now_s += pause_s
@@ -44,6 +45,23 @@ def test_a_drag_is_one_step(history, view):
     last = walk(history, view, *map(fx, range(701, 741)), pause_s=0.05)
     assert history.undo(last) is view
     assert history.undo(view) is view
+
+
+def test_a_slow_drag_is_one_step_also_where_its_first_change_makes_what_the_others_change(history, view):
+    levels = [lambda one, level=level: put(with_method(one, "fixed", level), "level", level) for level in (90, 91, 95)]
+    last = walk(history, view, *levels, pause_s=2.0)
+    assert history.undo(last) is view
+    own = replace(view, camera_of="guess", tank=Tank())
+    moved = [lambda one, fx=fx: kept(one, put(one, "fx", fx)) for fx in (710, 720, 730)]
+    assert history.undo(walk(history, own, *moved, pause_s=2.0)) is own
+
+
+def test_drags_that_follow_upon_each_other_are_steps_of_their_own(history, view):
+    first = walk(history, view, *map(fx, range(701, 711)), pause_s=0.05)
+    history.end_move()
+    last = walk(history, first, *map(fx, range(711, 721)), pause_s=0.05)
+    assert history.undo(last) is first
+    assert history.undo(first) is view
 
 
 def test_other_numbers_moved_at_once_are_steps_of_their_own(history, view):

@@ -119,11 +119,3 @@ document.addEventListener("pointerdown", (event) => {
   event.stopPropagation();
   if (event.button === 0) viserPage.openTab(tab);
 }, { capture: true });
-
-// viser's boxes of numbers, when they are left, bring what was typed beyond a slider's track back to its end, if the program has
-// not made the track longer by then: it is typed once more.
-document.addEventListener("focusout", ({ target }) => {
-  if (!target.closest?.(".mantine-NumberInput-root") || !Number.parseFloat(target.value)) return;
-  const typed = target.value;
-  setTimeout(() => Number(target.value) !== Number(typed) && viserPage.type(target, typed));
-}, { capture: true });

@@ -9,6 +9,8 @@ import numpy as np
 from dockpose.checks import check_number, check_whole, make_plain
 
 _CLOSEST_DEG = 0.5  # two lights closer together than this are the same
+# Of the diameter: nearer to the plane of the lights an extra one tells nothing, farther than that none is mounted.
+LEAST_DEPTH, _FARTHEST = 0.02, 2.0
 Vector = tuple[float, float, float]
 _NOT_GIVEN = float("nan")
 
@@ -101,6 +103,9 @@ class Dock(
         under a dome of radius r is seen some 0.4 r deeper, a disc behind a rim some 0.15 r nearer.
     lamp_depth_sigma_m : float, metres
         Standard error of that depth.
+    extra_lights_m : tuple of (float, float, float), metres
+        Lamps before or behind the plane of the others, along the dock's x, y and z, as on a rod behind the ring's
+        middle: where one is seen tells which of the two poses is right.
     entrance : Entrance, optional
         Where the vehicle shall go in, and along which corridor; one off the dock's axis needs ``lights``, for the roll
         shows by them.
@@ -108,9 +113,10 @@ class Dock(
     Raises
     ------
     ValueError
-        If the diameter is not a positive number, there are fewer than 3 lights, the number of angles or
-        offsets differs from that of the lights, two angles are the same, an offset or the lamps' depth is as large as
-        the radius, or an entrance is off the axis of a dock of unknown lights.
+        If the diameter is not a positive number, there are fewer than 3 lights, the number of angles or offsets differs
+        from that of the lights, two angles are the same, an offset or the lamps' depth is as large as the radius, an
+        extra light lies in the plane of the others or two diameters away, or an entrance is off the axis of a dock of
+        unknown lights.
 
     Examples
     --------
@@ -130,6 +136,7 @@ class Dock(
     lights_sigma_m: float | None = None
     lamp_depth_m: float = 0.0
     lamp_depth_sigma_m: float = 0.0
+    extra_lights_m: tuple[Vector, ...] = ()
     entrance: Entrance | None = None
     # In files of versions that had docks of several rings, or told lights apart by their colours; empty of others.
     _rings: Any = msgspec.UNSET
@@ -147,6 +154,7 @@ class Dock(
             lights_sigma_m: float | None = None,
             lamp_depth_m: float = 0.0,
             lamp_depth_sigma_m: float = 0.0,
+            extra_lights_m: Sequence[Sequence[float]] | np.ndarray = (),
             entrance: Entrance | None = None,
         ) -> None: ...
 
@@ -177,6 +185,8 @@ class Dock(
         check_number("lamp_depth_m", self.lamp_depth_m)
         if not abs(self.lamp_depth_m) < self.radius:
             raise ValueError(f"lamp_depth_m is {self.lamp_depth_m:g}; it must be below the radius, {self.radius:g}")
+        for index, place in enumerate(self.extra_lights_m):
+            self._check_extra(f"extra_lights_m[{index}]", place)
         for name in ("diameter_sigma_m", "lights_sigma_m", "lamp_depth_sigma_m"):
             if getattr(self, name) is not None:
                 check_number(name, getattr(self, name), least=0)
@@ -190,6 +200,19 @@ class Dock(
         for one, other in zip(around, [*around[1:], *(angle + 360 for angle in around[:1])], strict=True):
             if other - one < _CLOSEST_DEG:
                 raise ValueError(f"angles_deg has two lights at {one:g} degrees; each must have its own place")
+
+    def _check_extra(self, name: str, place: Vector) -> None:
+        if len(place) != 3:
+            raise ValueError(f"{name} has {len(place)} values; it must have three")
+        for value in place:
+            check_number(name, value)
+        if not math.hypot(*place) <= _FARTHEST * self.diameter:
+            raise ValueError(f"{name} is {list(place)}; it must be within two diameters, {2 * self.diameter:g}")
+        if not abs(place[2] - self.lamp_depth_m) >= LEAST_DEPTH * self.diameter:
+            raise ValueError(
+                f"{name} is {list(place)}; it must be at least {LEAST_DEPTH * self.diameter:g} before or behind the "
+                "plane of the lights, or it tells nothing of the two poses"
+            )
 
     @property
     def radius(self) -> float:

@@ -17,6 +17,7 @@ export function overlayParts(overlay, viewport, shown, layers) {
   if (overlay.truth !== null && layers.has("truth")) parts.push(drawPose(overlay.truth, viewport, holes));
   parts.push(...poses.map((pose) => drawPose(pose, viewport, holes)));
   if (layers.has("ellipse")) parts.push(...drawRing(overlay, viewport, holes));
+  if (layers.has("lights")) parts.push(...overlay.extra.map((at) => drawExtra(at, viewport)));
   parts.push(...groups, ...drawCentres(overlay, viewport, layers));
   return layers.has("scale") ? [...parts, ...drawScale(overlay, viewport)] : parts;
 }
@@ -107,6 +108,12 @@ function drawGroup(group, viewport, shown) {
   return titled(mark, `light ${group.label} on the ring`);
 }
 
+// A lamp out of the ring's plane where it is seen, in a diamond.
+function drawExtra(at, viewport) {
+  const [x, y] = viewport.toStage(at);
+  return titled(makeSvg("g", { "data-extra": "" }, line(`M${x - 12} ${y}L${x} ${y - 12}L${x + 12} ${y}L${x} ${y + 12}Z`, "light")), "extra lamp of the dock");
+}
+
 // A pose's dock: its outline, two diameters, and its normal with the pose's letter at the tip.
 function drawPose(pose, viewport, holes) {
   const name = `pose-${pose.name.toLowerCase()}${pose.chosen ? " chosen" : ""}`;
@@ -116,6 +123,11 @@ function drawPose(pose, viewport, holes) {
   if (pose.normal.length === 2) {
     const [x, y] = viewport.toStage(pose.normal[1]);
     parts.push(makeSvg("circle", { cx: x, cy: y, r: 4, class: `line tip ${name}` }), isTruth ? words(pose.name, [x - 10, y + 5], "letter", "end") : words(pose.name, [x + 8, y + 5], "letter", "start"));
+  }
+  // Where this pose has lamps out of the ring's plane.
+  for (const at of pose.extra) {
+    const [x, y] = viewport.toStage(at);
+    parts.push(line(`M${x - 6} ${y}H${x + 6}M${x} ${y - 6}V${y + 6}`, name));
   }
   const group = makeSvg("g", { "data-pose": pose.name, class: pose.chosen || isTruth ? "" : "other" }, ...parts);
   return titled(group, isTruth ? "dock as it is in truth" : `dock by pose ${pose.name}${pose.chosen ? ", chosen" : ""}`);

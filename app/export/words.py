@@ -34,6 +34,7 @@ _ADVICE = {
 }
 _WHY = {
     "spacing": "On its ring the lights are more evenly spaced, as they are on the dock.",
+    "extra": "By it the dock's extra light is where one is seen.",
     "none": "The lights do not tell which of the two is right; this one is listed first by chance.",
     "tracking": "The earlier frames support it (tab Source).",
     "hand": "You chose it by hand.",

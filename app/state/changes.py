@@ -26,7 +26,7 @@ MEASURED_LIMITS = dict(zip(QUANTITIES, (5000.0, 5000.0, 5000.0, 90.0, 90.0), str
 
 def with_angles(view: View, text: Any) -> View:
     """Set the angle of each light around the ring, in degrees; the number of lights follows."""
-    angles = _numbers(text)
+    angles = _numbers(text, "A light angle", "degrees, as in 0, 36, 72")
     dock = view.dock
     if not angles:
         return replace(view, dock=changed(dock, angles_deg=()))
@@ -45,6 +45,26 @@ def angles_text(dock: Dock) -> str:
     return ", ".join(f"{angle:.10g}" for angle in dock.angles_deg)
 
 
+def with_extra_lights(view: View, text: Any) -> View:
+    """Set where lamps out of the ring's plane are, in cm: x, y, z of each, or z alone of one behind the middle."""
+    if not isinstance(text, str) or len(text) > _LONGEST:
+        raise UserError(f"The extra lights' places are not text of at most {_LONGEST} letters.")
+    places = []
+    for words in filter(str.strip, text.split(";")):
+        numbers = _numbers(words, "An extra light's place", "centimetres, as in 5 or 0, 0, 5")
+        if len(numbers) not in (1, 3):
+            raise UserError(
+                f"An extra light's place is {words.strip()[:20]!r}; it must be z, or x, y, z, in centimetres."
+            )
+        places.append(tuple(round(number / 100, 6) for number in (0.0, 0.0, *numbers)[-3:]))
+    return replace(view, dock=changed(view.dock, extra_lights_m=tuple(places)))
+
+
+def extra_lights_text(dock: Dock) -> str:
+    """Return the places as :func:`with_extra_lights` reads them; blank where there are none."""
+    return "; ".join(", ".join(f"{100 * value:.10g}" for value in place) for place in dock.extra_lights_m)
+
+
 def dropped_sentence(before: Dock, after: Dock) -> str:
     """Say what was dropped with a new number of lights; empty if nothing was."""
     parts = []
@@ -57,16 +77,15 @@ def dropped_sentence(before: Dock, after: Dock) -> str:
     return f"With another number of lights these no longer fit: {'; '.join(parts)}. Undo (Ctrl+Z) brings them back."
 
 
-def _numbers(text: Any) -> tuple[float, ...]:
+def _numbers(text: Any, name: str, unit: str) -> tuple[float, ...]:
     if not isinstance(text, str) or len(text) > _LONGEST:
-        raise UserError(f"The light angles are not text of at most {_LONGEST} letters.")
+        raise UserError(f"{name} is not text of at most {_LONGEST} letters.")
     numbers = []
     for word in filter(None, re.split(r"[,;\s°]+", text)):
         try:
-            numbers.append(checked_number("A light angle", float(word)))
+            numbers.append(checked_number(name, float(word)))
         except ValueError as error:
-            what = f"A light angle is {word[:20]!r}; it must be a number of degrees, as in 0, 36, 72."
-            raise UserError(what) from error
+            raise UserError(f"{name} is {word[:20]!r}; it must be a number of {unit}.") from error
     return tuple(numbers)
 
 

@@ -5,7 +5,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from dockpose.app.state import camera, scene
-from dockpose.app.state.changes import angles_text, with_angles, with_centroid
+from dockpose.app.state.changes import (
+    angles_text,
+    extra_lights_text,
+    with_angles,
+    with_centroid,
+    with_extra_lights,
+)
 from dockpose.app.state.view import View
 
 CENTROIDS = {"Weighed by brightness": "grey", "Middle of the pixels kept": "binary"}
@@ -31,6 +37,7 @@ VALUES = {
         lambda view, label: with_centroid(view, CENTROIDS.get(label)),
         lambda view: tuple(CENTROIDS),
     ),
+    "extra": Value(lambda view: extra_lights_text(view.dock), with_extra_lights),
     "missing": Value(lambda view: ", ".join(map(str, scene.scene_of(view).lights.missing)), scene.with_missing),
     "paper": Value(
         scene.paper_scene, scene.with_paper_scene, lambda view: (scene.NOT_OF_THE_PAPER, *scene.paper_scenes())

@@ -66,6 +66,8 @@ def draw_pose(
 ) -> None:
     """Draw the dock's rim, axes and normal as they are by a pose, with its name right of the normal's tip or left."""
     rim, axes, normal = geometry.pose_lines(pose, found)
+    for place in geometry.extra_expected(pose, found):
+        canvas.cross(place, 8, colour)
     for points in (np.vstack([rim, rim[:1]]), *axes):
         _draw_line(canvas, found, points, colour, width)
     if np.isfinite(normal).all():
@@ -91,7 +93,8 @@ def _draw_lights(canvas: Canvas, found: Stages) -> None:
         return
     points = found.markers.points_px
     radii = geometry.light_radii(found, _LEAST_RADIUS * canvas.unit) / canvas.unit
-    for point, radius, is_light in zip(points, radii, geometry.on_ring(found), strict=True):
+    lights = geometry.on_ring(found) | geometry.extra_seen(found)[1]
+    for point, radius, is_light in zip(points, radii, lights, strict=True):
         if is_light:
             canvas.circle(point, radius, LIGHT_COLOUR)
         else:

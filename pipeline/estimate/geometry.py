@@ -5,6 +5,7 @@ import math
 import numpy as np
 from dockpose.estimate.reached import Stages
 from dockpose.pose.circle import CirclePose
+from dockpose.pose.extra import places_px
 from dockpose.pose.known import KnownPose
 
 _BAR_SHARE = 0.25  # of the picture's width, at most
@@ -47,6 +48,23 @@ def pose_lines(pose: CirclePose | KnownPose, estimate: Stages) -> tuple[np.ndarr
     ends = np.array([-plane[0], plane[0], -plane[1], plane[1], np.zeros(3), normal])
     points_px = estimate.camera.project(np.asarray(pose.position_m) + np.concatenate([_ON_CIRCLE @ plane, ends]))
     return points_px[:-6], points_px[-6:-2].reshape(2, 2, 2), points_px[-2:]
+
+
+def extra_expected(pose: CirclePose | KnownPose, estimate: Stages) -> np.ndarray:
+    """Return where (E, 2) an estimated pose has the dock's extra lights; none of one that is known, without roll."""
+    if not isinstance(pose, CirclePose) or not estimate.dock.extra_lights_m:
+        return np.empty((0, 2))
+    return places_px(pose, estimate.camera, estimate.dock)
+
+
+def extra_seen(estimate: Stages) -> tuple[np.ndarray, np.ndarray]:
+    """Return where (S, 2) extra lights are seen, and for each group (N,) whether it is one of these."""
+    choice, markers = estimate.choice, estimate.markers
+    seen = np.empty((0, 2)) if choice is None or choice.extra_px is None else choice.extra_px
+    seen = seen[np.isfinite(seen).all(axis=1)]
+    points, radii = (np.empty((0, 2)) if markers is None else markers.points_px), light_radii(estimate)
+    near = np.linalg.norm(points[:, None] - seen, axis=2) < radii[:, None]
+    return seen, near.any(axis=1) & ~on_ring(estimate)
 
 
 def on_ring(estimate: Stages) -> np.ndarray:

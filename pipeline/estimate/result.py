@@ -115,6 +115,7 @@ class Estimate(Stages):
             "selected_by": None if self.choice is None else self.choice.selected_by,
             "chosen": None if self.selected is None else self.selected.summary(),
             **guided(self.selected, self.dock, self.camera, vehicle),
+            "extra_lights": self._extra_dicts(),
             "detection": self.detection,
             "found_by": self.found_by,
             "rivals": [] if self.ring is None else [self._rival_dict(rival) for rival in self.ring.rivals],
@@ -176,6 +177,11 @@ class Estimate(Stages):
             "range_m": float(np.linalg.norm(pose.position_m)),
             "sigma_range_m": float(np.linalg.norm(pose.sigma_position_m)),
         }
+
+    def _extra_dicts(self) -> list[dict[str, Any] | None]:
+        """Where the dock's extra lights are seen; None of those that are not."""
+        places = [] if self.choice is None or self.choice.extra_px is None else self.choice.extra_px.tolist()
+        return [{"x_px": x, "y_px": y} if math.isfinite(x) else None for x, y in places]
 
     def _marker_dicts(self) -> list[dict[str, Any]]:
         if self.markers is None:

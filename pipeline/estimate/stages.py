@@ -22,6 +22,7 @@ from dockpose.lights.ring import Ring
 from dockpose.pixels.bright import SATURATED
 from dockpose.pose.choice import Choice
 from dockpose.pose.detection import detection_of, evenly_spaced_part, few_in_words, found_in_words, judged
+from dockpose.pose.extra import with_extra_lights
 from dockpose.pose.strokes import reason_not_lamps
 from dockpose.settings import Settings
 from dockpose.thresholds import Histogram, Threshold
@@ -103,6 +104,10 @@ def judge_ring(
         return "no_ellipse", f"No ellipse: {error}.", stages, math.inf
     if reason is not None:
         return "not_a_ring", reason, stages, log_chance
+    if dock.extra_lights_m:
+        markers = stages["markers"]
+        lights, density = markers.part(ring.on_ring), (1 + np.count_nonzero(~ring.on_ring)) / picture.area_px2
+        choice = with_extra_lights(choice, picture.light[0], picture.part[:2], lights, density, camera, dock)
     stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(log_chance, ring, told)}
     return "ok", found_in_words(ring, choice, camera, dock), stages, log_chance
 

@@ -13,6 +13,7 @@ from dockpose.lights.exact import Kind
 from dockpose.lights.markers import Markers
 from dockpose.lights.masks import Mask
 from dockpose.lights.ring import Ring, find_ring
+from numpy.typing import ArrayLike
 
 # x_px, y_px of the upper left corner, width_px, height_px.
 Region = tuple[float, float, float, float]
@@ -45,7 +46,32 @@ def crop(image: Any, part: Part) -> np.ndarray:
 def ring_in(
     points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, area_px2: float, kind: Kind = "exact"
 ) -> Ring:
-    """Find the markers that are the dock's lights; none counts whose centre the picture's edge leaves open."""
+    """Find the markers that are the dock's lights; none counts whose centre the picture's edge leaves open.
+
+    Where none is found, the middle ones may be extra lights of the dock, which are none of the ring's.
+    """
+    ring = _ring_in(points_px, markers, camera, dock, area_px2, kind)
+    if ring.found or not dock.extra_lights_m or len(markers) <= len(dock.extra_lights_m) + MIN_POINTS:
+        return ring
+    beside = beside_middle(points_px, points_px.mean(axis=0), np.ones(len(points_px), dtype=bool), dock)
+    other = _ring_in(points_px[beside], markers.part(beside), camera, dock, area_px2, kind)
+    if not other.found:
+        return ring
+    rivals = tuple(_among_all(rival, beside) for rival in other.rivals)
+    return replace(other, on_ring=_among_all(other.on_ring, beside), rivals=rivals)
+
+
+def beside_middle(points_px: np.ndarray, middle_px: ArrayLike, free: np.ndarray, dock: Dock) -> np.ndarray:
+    """Flags (N,) of all points but those of the free ones, (N,), nearest to a middle: a dock's extra lights, if any."""
+    beside = np.ones(len(points_px), dtype=bool)
+    from_middle = np.where(free, np.linalg.norm(points_px - middle_px, axis=1), np.inf)
+    nearest = np.argsort(from_middle, kind="stable")[: len(dock.extra_lights_m)]
+    beside[nearest[free[nearest]]] = False
+    return beside
+
+
+def _ring_in(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, area_px2: float, kind: Kind) -> Ring:
+    """The ring among markers of which none counts that the picture's edge cuts."""
     whole = ~markers.cut
     kept, cut = int(whole.sum()), int(markers.cut.sum())
     if cut == 0 or kept < MIN_POINTS:

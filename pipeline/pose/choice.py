@@ -35,7 +35,7 @@ class Choice:
         The two poses with their probabilities, reprojection errors and uncertainties.
     selected : int
         Index of the chosen one.
-    selected_by : {"spacing", "none"}
+    selected_by : {"spacing", "extra", "none"}
         What decided; "none" where nothing tells them apart.
     lights : (N,) int array or None
         Number of the light that each point is, counted around the ring; None where it is not known.
@@ -45,6 +45,11 @@ class Choice:
         How many lights the dock has, by their spacing, where it was not told; None where it was, or stays unknown.
     focal_px : float or None
         The focal length that the lights' spacing fits, where it is not the camera's.
+    lights_by : tuple of (N,) int array
+        ``lights`` by each of the candidates; empty where they are not known.
+    extra_px : (E, 2) float array or None
+        Where the dock's extra lights are seen by the chosen pose, in pixels, NaN of those that are not; None of a dock
+        without.
     """
 
     candidates: tuple[CirclePose, ...]
@@ -54,6 +59,8 @@ class Choice:
     coincide: bool = False
     number: int | None = None
     focal_px: float | None = None
+    lights_by: tuple[np.ndarray, ...] = ()
+    extra_px: np.ndarray | None = None
 
     def with_first(self, probability: float) -> "Choice":
         """The same two poses where the first has another probability, of at least a half."""
@@ -188,8 +195,9 @@ def choice_of(
                 errors=PoseErrors(covariance, rotation, noise, SharedErrors(camera, dock, position, rays)),
             )
         )
-    lights = None if placement is None else placement.lights[order[0]]
-    return Choice(tuple(candidates), 0, by, lights, _is_square_on(candidates[0]))
+    lights_by = () if placement is None else tuple(placement.lights[k] for k in order)
+    lights = lights_by[0] if lights_by else None
+    return Choice(tuple(candidates), 0, by, lights, is_square_on(candidates[0]), lights_by=lights_by)
 
 
 def _of_dock(
@@ -203,7 +211,7 @@ def _of_dock(
     return ring_m - lamp_depth_m * rotation[:, 2], moved @ covariance @ moved.T
 
 
-def _is_square_on(pose: CirclePose) -> bool:
+def is_square_on(pose: CirclePose) -> bool:
     """Whether a pose and its twin, mirrored about the line of sight, are the same within the pose's errors."""
     towards = pose.position_m / -math.hypot(*pose.position_m.tolist())
     off = _angle_rad(pose.normal, towards)

@@ -22,6 +22,7 @@ from dockpose.lights.chance import (
 from dockpose.lights.conics import log_chance_of_spacing
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse
 from dockpose.lights.markers import Markers
+from dockpose.lights.region import beside_middle
 from dockpose.lights.ring import Ring
 from dockpose.lights.whole import log_chance_of_all
 from dockpose.pose.choice import Choice
@@ -35,6 +36,9 @@ def judged(
 ) -> tuple[Ellipse, Choice, float, str | None]:
     """Return a ring's ellipse, poses, log of its chance, and why it is no dock; NoEllipseError where it has no pose."""
     lights = markers.part(ring.on_ring)
+    if dock.extra_lights_m:  # that one is seen makes no ring likelier to be chance
+        beside = beside_middle(markers.points_px, lights.points_px.mean(axis=0), ~ring.on_ring, dock)
+        ring, markers = replace(ring, on_ring=ring.on_ring[beside]), markers.part(beside)
     ellipse, choice = find_poses(lights.points_px, camera, dock, ring.ellipse, lights.covariances_px2)
     other = None if ring.focal_px is None or ring.lights is None else (ring.focal_px, ring.lights)
     if other is not None:  # the spacing would only tell how wrong the camera is
@@ -184,6 +188,8 @@ def found_in_words(ring: Ring, choice: Choice, camera: Camera, dock: Dock) -> st
         words += f". Undecided between the two poses; the likelier one has {percent}."
     else:
         words += f", the likelier pose at {percent}."
+    if choice.extra_px is not None:
+        words += f" Extra lights seen: {np.isfinite(choice.extra_px[:, 0]).sum()} of {len(choice.extra_px)}."
     if dock.offsets_m and on_ring < MIN_POINTS:
         words += f" With fewer than {MIN_POINTS} lights the dock file's offsets are not used."
     if choice.focal_px is not None:

@@ -37,13 +37,17 @@ class Emitters:
 
 def emitters_of(scene: Scene, truth: Truth) -> Emitters:
     """Collect everything in a scene that shines and whose light can reach the camera."""
-    count, lamps = len(truth.lights_m), scene.lamps
+    extra, lamps = scene.dock.extra_lights_m, scene.lamps
+    places_m = truth.position_m + np.array(extra).reshape(-1, 3) @ dock_rotation(scene).T
+    points_m = np.concatenate([truth.lights_m, places_m])
+    ones, white = np.ones(len(extra)), ("white",) * len(extra)
+    brightness = np.array(scene.lights.brightness or np.ones(len(truth.lights_m))) * truth.lit
     lights = Emitters(
-        points_m=truth.lights_m,
-        levels=scene.lights.level * (np.array(scene.lights.brightness or np.ones(count)) * truth.lit),
-        intensity=_beam(truth.lights_m, truth.normal, scene.lights.beam_exponent),
-        radii_m=scene.lights.radius_m * np.array(scene.lights.size or np.ones(count)),
-        colours=np.array([COLOURS[name] for name in scene.light_colours]).reshape(count, len(BANDS)),
+        points_m=points_m,
+        levels=scene.lights.level * np.concatenate([brightness, ones]),
+        intensity=_beam(points_m, truth.normal, scene.lights.beam_exponent),
+        radii_m=scene.lights.radius_m * np.concatenate([scene.lights.size or np.ones(len(truth.lights_m)), ones]),
+        colours=np.array([COLOURS[name] for name in (*scene.light_colours, *white)]).reshape(-1, len(BANDS)),
     )
     others = Emitters(
         points_m=np.array([lamp.position_m for lamp in lamps]).reshape(-1, 3),

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from dockpose.camera.camera import Camera
+from dockpose.estimate import geometry
 from dockpose.estimate.flow import notes_on, picture_in
 from dockpose.estimate.stages import Picture, judge_ring
 from dockpose.lights.markers import Markers, grey_centres, with_fitted_centres
@@ -43,7 +44,8 @@ def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | No
     expected_px = last.points_px + (step_px if np.abs(step_px).max() < reach_px else 0.0)
     halves = last.halves_px
     margin = reach_px + 3 * float(halves.max()) + 8
-    corners = np.concatenate([last.points_px, expected_px])
+    extra_px = [geometry.extra_expected(pose, last.found) for pose in last.found.candidates]
+    corners = np.nan_to_num(np.concatenate([last.points_px, expected_px, *extra_px]))
     (left, top), (right, bottom) = corners.min(axis=0) - margin, corners.max(axis=0) + margin
     height, width = image.shape[:2]
     if min(right, width) - max(left, 0) < 8 or min(bottom, height) - max(top, 0) < 8:

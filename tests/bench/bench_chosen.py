@@ -86,6 +86,31 @@ def far(rng: np.random.Generator) -> Shown:
     return drawn(rng, lamps, background=rng.uniform(3, 40), noise=noise, above=above, jpeg=(60, 97))
 
 
+def with_a_lamp_behind(
+    rng: np.random.Generator,
+    is_lit: bool = True,
+    is_told: bool = True,
+    depth: float = 1 / 6,
+    number: int = 1,
+    off: float = 0.01,
+) -> Shown:
+    """Eight lamps as hands build them, 3 degrees and 2 % off, and one so many diameters behind the middle of the ring.
+
+    It is as far off its place as the others across the rim.
+    """
+    angles = even(8) + rng.normal(0, math.radians(3), 8)
+    ring = circle(angles) * (1 + rng.normal(0, 0.02, 8))[:, None]
+    places = [[0.0, 0.0, (n + 1) * depth * DIAMETER_M] for n in range(number)]
+    built_m = np.vstack([ring, np.array(places) + rng.normal(0, off, (number, 3)) * DIAMETER_M])
+    dock = Dock(DIAMETER_M, 8, extra_lights_m=places if is_told else ())
+    diameters = float(np.exp(rng.uniform(*np.log([4, 20]))))
+    lamps = dock_drawn(rng, built_m, dock, diameters=diameters, tilt_deg=(3, 40), spacing_px=3.5)
+    if not is_lit:
+        for name in ("points_px", "radii_px", "share"):
+            setattr(lamps, name, getattr(lamps, name)[:8])
+    return drawn(rng, lamps, background=rng.uniform(3, 40))
+
+
 def sevens(rng: np.random.Generator) -> Shown:
     """Seven lit things at places of a ring of 19 to 24, as part of other things; no dock."""
     lights = int(rng.integers(19, 25))
@@ -166,6 +191,9 @@ KINDS: dict[str, Callable[[np.random.Generator], Shown]] = {
     "focal 1.6": partial(of_another_camera, factor=1.6),
     "hand-built": hand_built,
     "2 to 9 m": far,
+    "a lamp behind": with_a_lamp_behind,
+    "a lamp behind, dead": partial(with_a_lamp_behind, is_lit=False),
+    "a lamp behind, untold": partial(with_a_lamp_behind, is_told=False),
     "a third of a ring": sevens,
 }
 

@@ -1,10 +1,15 @@
+import cv2
 import pytest
 import yaml
+from dockpose import Dock
+from dockpose.simulate import Pose, Scene, render
+
+from tests.support.scenes import CAMERA
 
 pytestmark = pytest.mark.browser
 TANK = (
     *("Lens distortion", "Port and water"),
-    "Lights that are not evenly spaced",
+    "Lights uneven or behind the ring",
 )
 
 
@@ -50,7 +55,7 @@ def test_given_angles_of_the_lights(page):
     page.box("Light angles (°)").fill("0, 30, 80, 120, 180, 250, 300")
     page.rest()
     assert page.app.view.dock.lights == 10  # nothing is taken over while it is typed
-    page.page.get_by_role("button", name="Set the angles").click()
+    page.page.get_by_role("button", name="Set the lights").click()
     page.until(lambda: page.app.view.dock.angles_deg == (0, 30, 80, 120, 180, 250, 300))
     page.until(lambda: number.input_value() == "7")
     page.box("Light angles (°)").fill("0, 90")
@@ -62,3 +67,23 @@ def test_given_angles_of_the_lights(page):
     page.page.get_by_text("the 7 angles, so the lights are taken to be evenly spaced").first.wait_for()
     page.until(lambda: page.box("Light angles (°)").input_value() == "")
     assert page.app.view.dock.angles_deg == ()
+
+
+def test_a_lamp_behind_the_ring_is_said_and_seen(page):
+    dock = Dock(0.30, 8, extra_lights_m=((0.0, 0.0, 0.05),))
+    pose = Pose(position_m=(0.1, -0.05, 1.5), theta_y_deg=25.0)
+    image, _ = render(Scene(camera=CAMERA, dock=dock, pose=pose))
+    page.upload("behind.png", cv2.imencode(".png", image)[1].tobytes())
+    page.until(lambda: page.app.view.source == "behind.png")
+    page.tab("Tank")
+    page.box("Number of lights").fill("8")
+    page.until(lambda: page.app.view.dock.lights == 8)
+    page.box("Extra lamps (cm)").fill("0, 0, 5")
+    page.box("Extra lamps (cm)").press("Enter")
+    page.until(lambda: page.app.view.dock.extra_lights_m == ((0, 0, 0.05),))
+    page.page.locator("[data-extra]").wait_for()
+    page.page.get_by_text("Extra lights seen: 1 of 1.").first.wait_for()
+    page.box("Extra lamps (cm)").fill("0, 0, 0.1")
+    page.box("Extra lamps (cm)").press("Enter")
+    page.page.get_by_text("or it tells nothing of the two poses").first.wait_for()
+    page.until(lambda: page.box("Extra lamps (cm)").input_value() == "0, 0, 5")

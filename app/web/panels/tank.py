@@ -69,13 +69,16 @@ class CameraPanel(Panel):
         self.add_sliders(LENS | DOCK, putters | {"lights": self._with_lights})
 
     def _add_spacing(self) -> None:
-        uneven = self.gui.add_folder("Lights that are not evenly spaced", expand_by_default=False)
+        uneven = self.gui.add_folder("Lights uneven or behind the ring", expand_by_default=False)
         with uneven, self.gui.add_form(None) as spacing:
-            set_angles = self.changing(lambda view: VALUES["angles"].put(view, self._angles.value))
-            self._angles = self.add("text", "angles")
-            self.values.append((self._angles, VALUES["angles"]))
-            self.add("button", "set_angles", set_angles)
-        on_person(spacing.on_submit, set_angles)
+            set_lights = self.changing(self._with_places)
+            self._angles, self._extra = self.add("text", "angles"), self.add("text", "extra")
+            self.values += [(self._angles, VALUES["angles"]), (self._extra, VALUES["extra"])]
+            self.add("button", "set_angles", set_lights)
+        on_person(spacing.on_submit, set_lights)
+
+    def _with_places(self, view: View) -> View:
+        return VALUES["extra"].put(VALUES["angles"].put(view, self._angles.value), self._extra.value)
 
     def _with_lights(self, view: View, value: Any) -> View:
         changed = put(view, "lights", value)

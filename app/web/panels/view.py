@@ -140,6 +140,7 @@ def pose_numbers(analysis: Analysis) -> dict[str, Any]:
         "frame": None if tracked is None else tracked.frame.index + 1,
         "ellipse": None if ellipse is None else _points([ellipse])[0],
         "centre": None if centre is None or not np.isfinite(centre).all() else _points([centre])[0],
+        "extra": _points(geometry.extra_seen(found)[0]),
         "poses": [_pose(*named, found) for named in zip(POSE_NAMES, found.candidates, strict=False)],
         "dockRadius": found.dock.radius,
         "plane": _plane(found.camera),
@@ -171,6 +172,7 @@ def _pose(name: str, pose: CirclePose | KnownPose, found: Estimate) -> dict[str,
         "outline": _points(outline),
         "axes": [_points(ends) for ends in axes],
         "normal": _points(normal),
+        "extra": _points(geometry.extra_expected(pose, found)),
     }
 
 
@@ -183,8 +185,9 @@ def _groups(found: Estimate) -> list[dict[str, Any]]:
         labels[index], outward[index] = label, way
     radii = np.round(geometry.light_radii(found), 2).tolist()
     places = _points(found.markers.points_px), radii, geometry.on_ring(found).tolist()
+    is_group = ~geometry.extra_seen(found)[1]
     parts = zip(*places, labels, _points(outward), found.markers.boxes_px.astype(int).tolist(), strict=True)
-    return [dict(zip(_GROUP, part, strict=True)) for part in parts]
+    return [dict(zip(_GROUP, part, strict=True)) for part in itertools.compress(parts, is_group)]
 
 
 def levels_of_lights(levels: np.ndarray, lights: np.ndarray) -> list[int]:

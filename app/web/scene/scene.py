@@ -14,6 +14,7 @@ from dockpose.app.state.view import View
 from dockpose.app.web.scene.surroundings import KnownDock, Label, PortDisc, add_lines, circle, labels, port_radius_m
 from dockpose.app.web.scene.viewpoints import Extent, Viewpoints
 from dockpose.estimate.canvas import to_bgr8
+from dockpose.pose.circle import rotation_from_angles
 from dockpose.pose.known import KnownPose
 from viser import transforms
 
@@ -41,11 +42,12 @@ def ring_segments(*, dashed: bool) -> np.ndarray:
 
 
 def lights_on_ring(dock: Dock, roll_rad: float | None) -> np.ndarray:
-    """Positions (N, 3) of a dock's lights on a circle of radius 1; empty where their number is unknown."""
+    """Positions (N, 3) of a dock's lights, extra ones last, in radii; empty where their number is unknown."""
     if dock.lights is None:
         return np.zeros((0, 3))
-    angles = (roll_rad or 0.0) + dock.light_angles_rad()
-    return np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
+    angles, roll = (roll_rad or 0.0) + dock.light_angles_rad(), rotation_from_angles(0.0, 0.0, roll_rad or 0.0)
+    ring = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
+    return np.concatenate([ring, np.array(dock.extra_lights_m).reshape(-1, 3) @ roll.T / dock.radius])
 
 
 def image_plane(camera: Camera) -> tuple[float, float, np.ndarray]:

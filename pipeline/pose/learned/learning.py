@@ -50,7 +50,8 @@ def learn_dock(views: Sequence[DockView], camera: Camera, dock: Dock, *, fit_foc
     """Learn where the lights of a dock really are, about their mean circle (Triggs et al. 2000)."""
     if dock.lights is None or dock.angles_deg or dock.offsets_m:
         raise LearningError("the dock must be given by its diameter and its number of evenly spaced lights")
-    ring = msgspec.structs.replace(dock, lamp_depth_m=0.0)  # offsets are those within it, wherever it stands
+    # Offsets are those within the ring, wherever it stands.
+    ring = msgspec.structs.replace(dock, lamp_depth_m=0.0, extra_lights_m=())
     placed = [each for each in (place_view(view, camera, ring) for view in views) if each is not None]
     if len(placed) < FEWEST_VIEWS:
         raise LearningError(
@@ -70,7 +71,7 @@ def learn_dock(views: Sequence[DockView], camera: Camera, dock: Dock, *, fit_foc
             break
     learned = _result(fit, dock)
     known = [tells_roll(view, learned.camera, learned.dock) for view in views]
-    whole = msgspec.structs.replace(learned.dock, lamp_depth_m=dock.lamp_depth_m)
+    whole = msgspec.structs.replace(learned.dock, lamp_depth_m=dock.lamp_depth_m, extra_lights_m=dock.extra_lights_m)
     return replace(learned, dock=whole, roll_share=sum(known) / len(known))
 
 

@@ -83,6 +83,24 @@ def test_another_number_of_lights_drops_what_no_longer_fits_and_says_so(view, nu
         assert word in choices.dropped_sentence(before.dock, after.dock)
 
 
+@pytest.mark.parametrize(
+    ("text", "places"),
+    [("5", ((0, 0, 0.05),)), ("0, 0, 5; 1 -2 -4.5", ((0, 0, 0.05), (0.01, -0.02, -0.045))), (" ", ()), ("", ())],
+)
+def test_extra_lights_are_read_in_centimetres(view, text, places):
+    changed = choices.with_extra_lights(view, text)
+    assert changed.dock.extra_lights_m == places
+    again = choices.with_extra_lights(view, choices.extra_lights_text(changed.dock))
+    assert again.dock == changed.dock
+
+
+@pytest.mark.parametrize("text", ["1, 2", "0, 0, x", "0, 0, 0.1", "0, 0, 500", None, "5;" * 1000])
+def test_extra_lights_that_cannot_be_are_refused_in_a_sentence(view, text):
+    with pytest.raises(ValueError, match=r"extra") as refused:
+        choices.with_extra_lights(view, text)
+    assert str(refused.value).count("\n") == 0
+
+
 def test_entrance_off_the_axis_needs_its_lights(view):
     before = with_dock(view, lights=8, entrance=Entrance(position_m=(0.1, 0.0, 0.0)))
     assert put(before, "lights", 10).dock.entrance == before.dock.entrance

@@ -1,0 +1,111 @@
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false, reportCallIssue=false
+# pyright: reportOptionalSubscript=false, reportOptionalIterable=false, reportOptionalOperand=false
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+from dockpose import Dock, Tracker, estimate
+from dockpose.pose.extra import places_px
+from dockpose.simulate import Lights, Pose, render
+from dockpose.simulate.parts import Background, Glare, Lamp
+
+from tests.support.scenes import CAMERA, changed
+
+RING = Dock(0.30, 8)
+DOCK = Dock(0.30, 8, extra_lights_m=((0.0, 0.0, 0.05),))
+PLACE = (0.1, -0.05, 2.0)
+# 3 degrees along the rim and more, so that spacing tells nothing or is wrong.
+UNEVEN = tuple((45 * light + off) % 360 for light, off in enumerate((3.1, -2.4, 4.0, -3.3, 1.2, -4.1, 2.2, 0.4)))
+
+
+def shown(dock, theta_x_deg=0.0, theta_y_deg=20.0, roll_deg=13.0, **parts):
+    pose = Pose(position_m=PLACE, theta_x_deg=theta_x_deg, theta_y_deg=theta_y_deg, roll_deg=roll_deg)
+    scene = changed(camera=CAMERA, dock=dock, pose=pose, lights=Lights(level=900, angles_deg=UNEVEN), **parts)
+    return render(scene)
+
+
+def angle_deg(pose, truth):
+    return math.degrees(math.acos(min(1.0, float(pose.normal @ truth.normal))))
+
+
+@pytest.mark.parametrize("extra", [(0.0, 0.0, 0.05), (0.0, 0.0, -0.05), (0.0, 0.0, 0.1), (0.04, 0.02, 0.05)])
+@pytest.mark.parametrize(("theta_x_deg", "theta_y_deg"), [(0, 20), (0, -20), (25, 5), (-15, -15)])
+def test_a_lamp_out_of_the_plane_tells_the_pose(extra, theta_x_deg, theta_y_deg):
+    dock = Dock(0.30, 8, extra_lights_m=(extra,))
+    image, truth = shown(dock, theta_x_deg, theta_y_deg)
+    found = estimate(image, CAMERA, dock)
+    assert found.lights_on_ring == 8
+    assert angle_deg(found.selected, truth) < angle_deg(found.candidates[1], truth)
+    assert found.choice.decided
+    scene_m = truth.position_m + np.array(extra)[2] * -truth.normal
+    if not any(extra[:2]):
+        np.testing.assert_allclose(found.choice.extra_px, CAMERA.project([scene_m]), atol=0.3)
+        np.testing.assert_allclose(places_px(found.selected, CAMERA, dock), CAMERA.project([scene_m]), atol=1.5)
+    assert "Extra lights seen: 1 of 1." in found.message
+    assert found.to_dict()["extra_lights"][0]["x_px"] == found.choice.extra_px[0, 0]
+
+
+def test_the_lamp_makes_the_attitude_better_known():
+    image, truth = shown(DOCK)
+    alone, told = (estimate(image, CAMERA, dock) for dock in (RING, DOCK))
+    nearer = min(alone.candidates, key=lambda pose: angle_deg(pose, truth))
+    assert math.hypot(*told.selected.sigma_theta_rad) < math.hypot(*nearer.sigma_theta_rad)
+
+
+@pytest.mark.parametrize("theta_y_deg", [8.0, 20.0, 35.0])
+def test_a_dead_lamp_says_nothing(theta_y_deg):
+    image, _ = shown(RING, theta_y_deg=theta_y_deg)
+    alone, told = (estimate(image, CAMERA, dock) for dock in (RING, DOCK))
+    for one, other in zip(alone.candidates, told.candidates, strict=True):
+        assert one.probability == other.probability
+        np.testing.assert_array_equal(one.normal, other.normal)
+    assert (alone.detection, alone.choice.selected_by) == (told.detection, told.choice.selected_by)
+    assert told.to_dict()["extra_lights"] == [None]
+    assert alone.to_dict()["extra_lights"] == []
+
+
+def test_one_drowned_in_glare_says_nothing():
+    x, y = CAMERA.project([PLACE])[0]
+    glare = Background(glares=(Glare(x_px=float(x), y_px=float(y), size_px=8.0, level=4000.0),))
+    image, _ = shown(DOCK, background=glare)
+    alone, told = (estimate(image, CAMERA, dock) for dock in (RING, DOCK))
+    assert told.status == alone.status
+    assert np.isnan(told.choice.extra_px).all()
+    assert told.selected.probability == pytest.approx(alone.selected.probability, abs=0.01)
+
+
+def test_a_lamp_at_both_places_decides_nothing():
+    image, _ = shown(DOCK)
+    twin = estimate(image, CAMERA, DOCK).candidates[1]
+    other_m = twin.position_m - 0.05 * twin.normal
+    image, _ = shown(DOCK, lamps=(Lamp(position_m=tuple(other_m.tolist()), level=900.0, radius_m=0.004),))
+    found = estimate(image, CAMERA, DOCK)
+    assert found.selected.probability < 0.95
+
+
+def test_seen_square_on_it_leaves_the_pose_as_it_is():
+    image, truth = shown(DOCK, theta_y_deg=math.degrees(math.atan2(-PLACE[0], PLACE[2])))
+    found = estimate(image, CAMERA, DOCK)
+    assert np.isfinite(found.choice.extra_px).all()
+    assert angle_deg(found.selected, truth) < 1
+
+
+def test_it_is_seen_where_lights_are_followed_too():
+    image, truth = shown(DOCK)
+    tracker = Tracker(CAMERA, DOCK)
+    frames = [tracker.see(image, number / 10) for number in range(3)]
+    assert [frame.estimate.found_by for frame in frames] == ["search", "following", "following"]
+    for frame in frames:
+        assert np.isfinite(frame.estimate.choice.extra_px).all()
+        assert angle_deg(frame.selected, truth) < 5
+
+
+def test_its_number_of_lights_untold_it_is_none_of_the_ring():
+    dock = msgspec.structs.replace(DOCK, lights=None)
+    image, _ = shown(DOCK)
+    found = estimate(image, CAMERA, dock)
+    assert found.lights_on_ring == 8
+    assert np.isfinite(found.choice.extra_px).all()

@@ -51,7 +51,7 @@ def ring_in(
     Where none is found, the middle ones may be extra lights of the dock, which are none of the ring's.
     """
     ring = _ring_in(points_px, markers, camera, dock, area_px2, kind)
-    if ring.found or not dock.extra_lights_m or len(markers) <= len(dock.extra_lights_m) + MIN_POINTS:
+    if ring.found or not dock.extra_lights_m or not MIN_POINTS <= (dock.lights or len(markers)) < len(markers):
         return ring
     beside = beside_middle(points_px, points_px.mean(axis=0), np.ones(len(points_px), dtype=bool), dock)
     other = _ring_in(points_px[beside], markers.part(beside), camera, dock, area_px2, kind)

@@ -59,6 +59,8 @@ def with_extra_lights(
     density += max(0, len(spots) - count) / region_px2
     density += _ON_FACE / max(region_px2, float(np.prod(np.ptp(ring.points_px, axis=0))))
     odds = _SEEN / (1 - _SEEN) * _densities(spots, means, spreads) / density  # (poses, turns, lamps, spots)
+    if not (odds > 1).any():
+        return nothing
     by_turn = (1 + odds.sum(axis=3)).prod(axis=2)
     told, best, seen, refined = by_turn.mean(axis=1), by_turn.argmax(axis=1), [], []
     for pose, turn, row in zip(poses, best.tolist(), odds[range(len(poses)), best], strict=True):

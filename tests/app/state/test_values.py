@@ -8,6 +8,7 @@ from dockpose.app.state.values import VALUES
 PUT = {
     "angles": "0, 90, 200",
     "centroid": "Middle of the pixels kept",
+    "extra": "0, 0, 5; 10, 0, -5",
     "missing": "0, 3",
     "paper": "uneven lighting",
     "port": True,

@@ -108,7 +108,7 @@ def judge_ring(
         markers = stages["markers"]
         lights, density = markers.part(ring.on_ring), (1 + np.count_nonzero(~ring.on_ring)) / picture.area_px2
         choice = with_extra_lights(choice, picture.light[0], picture.part[:2], lights, density, camera, dock)
-    stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(log_chance, ring, told)}
+    stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(log_chance, ring, choice, camera, told)}
     return "ok", found_in_words(ring, choice, camera, dock), stages, log_chance
 
 

@@ -12,7 +12,7 @@ ACCEPTED, ACCEPTED_AMONG_OTHERS, _THRESHOLDS = 1e-2, 1e-3, 2
 # Of inexact lights clutter, which is not strewn evenly, makes more rings than chance.
 # What is farther off than hands place lamps, as a share of the radius, root mean square, is a dock's only where nothing
 # else is in view.
-_ACCEPTED_INEXACT, _BUILT_WITHIN = 1e-4, 0.065
+_ACCEPTED_INEXACT, BUILT_WITHIN = 1e-4, 0.065
 _SIZES = 6.0  # octaves of radius that are searched
 _BRIGHTNESSES = 8.0  # octaves of brightness down to the dimmest light, each another set of points
 LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rings: not every picture shows one
@@ -85,7 +85,7 @@ def log_chance_of(fit: Fit, scene: Scene, may_hang: bool) -> float:
     most = np.log((ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS) / numbers)
     if fit.apart_px2[0] >= 0 and count < total:
         most = np.log(_ACCEPTED_INEXACT / scene.numbers)
-        if fit.squares_px2 > count * _BUILT_WITHIN**2 * fit.semi_axes_px[0] * fit.semi_axes_px[1]:
+        if fit.squares_px2 > count * BUILT_WITHIN**2 * fit.semi_axes_px[0] * fit.semi_axes_px[1]:
             return np.inf
     if fit.apart_px2[0] >= 0 and scene.numbers > 1 and count < CLOSED * sides:
         return np.inf

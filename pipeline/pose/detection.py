@@ -11,6 +11,7 @@ from dockpose.lights.chance import (
     ACCEPTED,
     ACCEPTED_AMONG_OTHERS,
     ALIKE,
+    BUILT_WITHIN,
     MOST_LIGHTS,
     NO_CABLES,
     cables_of,
@@ -26,6 +27,7 @@ from dockpose.lights.region import beside_middle
 from dockpose.lights.ring import Ring
 from dockpose.lights.whole import log_chance_of_all
 from dockpose.pose.choice import Choice
+from dockpose.pose.number import OTHERS, odds_of_lit
 from dockpose.pose.side import other_focal_px, poses_by_side
 from dockpose.pose.solve import find_poses
 from dockpose.pose.strokes import on_plane
@@ -44,10 +46,10 @@ def judged(
     if other is not None:  # the spacing would only tell how wrong the camera is
         dock = msgspec.structs.replace(dock, lights=None)
         ellipse, choice = poses_by_side(lights.points_px, camera, dock, *other, ring.ellipse)
-    elif choice.number is not None:
-        dock = msgspec.structs.replace(dock, lights=choice.number)
-    log_chance = log_chance_of_ring(ring, markers, ellipse, choice, camera, dock, area_px2)
-    reason = why_no_dock(ring, markers, ellipse, choice, camera, dock, log_chance)
+    number = dock.lights if other is not None else dock.lights or choice.number
+    numbered = msgspec.structs.replace(dock, lights=number)
+    log_chance = log_chance_of_ring(ring, markers, ellipse, choice, camera, numbered, area_px2)
+    reason = why_no_dock(ring, markers, ellipse, choice, camera, numbered, log_chance)
     if reason is None and other is None:
         other = other_focal_px(lights.points_px, camera, dock, ellipse, choice)
         if other is not None:
@@ -157,13 +159,19 @@ def _off_in_words(angles_deg: np.ndarray, dock: Dock, where: str) -> str:
     )
 
 
-def detection_of(log_chance: float, ring: Ring, dock: Dock) -> float:
+def detection_of(log_chance: float, ring: Ring, choice: Choice, camera: Camera, dock: Dock) -> float:
     """Return the probability that a ring is the dock: by how many chance would make, and how many others are alike.
 
-    Of an unknown number less than half of which is seen, other things that are evenly spaced are as likely.
+    Of an unknown number other evenly spaced things are as likely as how many places are lit has it, or where lights
+    are farther off their places than hands put them.
     """
-    is_sparse = dock.lights is None and 2 * int(ring.on_ring.sum()) < (ring.lights or 0)
-    return 1 / (1 + ring.alike + is_sparse + math.exp(min(log_chance, 100.0)))
+    others, lit, pose = 0.0, int(ring.on_ring.sum()), choice.candidates[choice.selected]
+    if dock.lights is None and ring.lights and lit <= ring.lights:
+        others = min(1.0, OTHERS / odds_of_lit(lit, ring.lights))
+        built_px = BUILT_WITHIN * camera.fx * dock.radius / float(pose.position_m[2])
+        if choice.focal_px is None and (pose.rms_px or 0.0) > built_px:
+            others = 1.0
+    return 1 / (1 + ring.alike + others + math.exp(min(log_chance, 100.0)))
 
 
 def few_in_words(markers: Markers, lights: int) -> str:

@@ -14,6 +14,7 @@ from dockpose.pose.uncertainty import WORTH_OF_EVIDENCE, log_evidence
 # How often a lamp that a dock has is not seen: burnt out, turned away or hidden. Numbers of which fewer than a third of
 # the lights would be seen are not tried.
 _UNSEEN, _MOST_TIMES = 0.15, 3
+OTHERS = 0.05  # other things, per dock, that are as evenly spaced, of whose places any share is filled
 _EVEN_WITHIN = 0.2  # of the spacing, root mean square: lights that are less even tell no number
 
 
@@ -48,3 +49,14 @@ def choose_with_number(
     ours = float(weights @ np.where(is_same, own, 1 - own) / weights.sum())
     winners = weights * (is_same if ours >= 0.5 else ~is_same)
     return choices[int(np.argmax(winners))].with_first(max(ours, 1 - ours))
+
+
+def odds_of_lit(lit: int, number: int) -> float:
+    """How likely so many of a dock's lights are seen, over any other number of them.
+
+    The share that is not seen is about ``_UNSEEN`` and differs between docks: a beta-binomial distribution, whose other
+    parameter is 1 (Gelman et al. 2013, appendix A).
+    """
+    b = 1 / _UNSEEN - 1
+    logs = math.lgamma(number + 2) - math.lgamma(lit + 1) + math.lgamma(lit + b) - math.lgamma(number + b + 1)
+    return b * math.exp(logs)

@@ -1,8 +1,14 @@
 import numpy as np
 import pytest
 from dockpose import Dock, estimate
+from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
-from dockpose.pose.detection import detection_of
+from dockpose.pose.choice import Choice
+from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.detection import detection_of, judged
+from dockpose.pose.number import odds_of_lit
+from dockpose.pose.solve import find_poses
+from msgspec.structs import replace
 
 from tests.support.scenes import CAMERA, DOCK
 from tests.support.two_docks import drawn, lights_m
@@ -11,7 +17,7 @@ from tests.support.two_docks import drawn, lights_m
 def test_each_ring_that_could_as_well_be_the_dock_counts_against_it():
     for alike, probability in ((0, 1.0), (1, 1 / 2), (3, 1 / 4)):
         ring = Ring(np.ones(10, dtype=bool), "", lights=10, alike=alike)
-        assert detection_of(-50.0, ring, DOCK) == pytest.approx(probability)
+        assert seen(ring, DOCK) == pytest.approx(probability)
     docks = [(lights_m(np.array([x, 0.0, 2.0]), (0.2, 0.3)), 150, 0.004) for x in (-0.35, 0.35)]
     one, both = (estimate(drawn(those, 0), CAMERA, DOCK).detection for those in (docks[:1], docks))
     assert one is not None
@@ -20,8 +26,44 @@ def test_each_ring_that_could_as_well_be_the_dock_counts_against_it():
     assert both < 0.6
 
 
-@pytest.mark.parametrize(("lights", "most"), [(19, 0.5), (7, 1.0), (10, 1.0)])
-def test_a_ring_of_an_unknown_number_with_few_of_its_places_filled_is_never_sure(lights, most):
-    ring = Ring(np.ones(7, dtype=bool), "", lights=lights)
-    assert detection_of(-50.0, ring, Dock(0.30)) == pytest.approx(most)
-    assert detection_of(-50.0, ring, Dock(0.30, lights)) == pytest.approx(1.0)
+# By hand: where the share that is lit has the density 17/3 x share^(14/3), both of 2 are seen with 17/23, one of them
+# with 2 x 17/23 x 3/20; where any number is as likely, each with 1/3.
+@pytest.mark.parametrize(("lit", "lights", "odds"), [(2, 2, 3 * 17 / 23), (1, 2, 3 * 2 * 17 / 23 * 3 / 20)])
+def test_the_odds_of_how_many_lights_are_lit_are_those_of_a_beta_binomial(lit, lights, odds):
+    assert odds_of_lit(lit, lights) == pytest.approx(odds)
+
+
+def seen(ring, dock, off_px=0.0):
+    pose = CirclePose(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]), np.zeros(2), rms_px=off_px)
+    return detection_of(-50.0, ring, Choice((pose, pose), 0, "spacing", None), CAMERA, dock)
+
+
+@pytest.mark.parametrize(
+    ("lit", "lights", "is_sure"),
+    [(7, 19, False), (5, 10, False), (9, 20, False), (10, 16, False), (6, 8, True), (7, 7, True), (40, 48, True)],
+)
+def test_a_ring_of_an_unknown_number_with_few_of_its_places_filled_is_never_sure(lit, lights, is_sure):
+    ring = Ring(np.ones(lit, dtype=bool), "", lights=lights)
+    assert (seen(ring, Dock(0.30)) >= 0.95) == is_sure
+    assert seen(ring, Dock(0.30)) >= 0.5
+    assert seen(ring, Dock(0.30, lights)) == pytest.approx(1.0)
+
+
+def test_lights_of_an_unknown_number_farther_off_than_hands_put_them_may_be_anything():
+    ring, radius_px = Ring(np.ones(7, dtype=bool), "", lights=7), CAMERA.fx * 0.15
+    assert seen(ring, Dock(0.30), 0.06 * radius_px) > 0.95
+    assert seen(ring, Dock(0.30), 0.07 * radius_px) == pytest.approx(0.5)
+    assert seen(ring, Dock(0.30, 7), 0.07 * radius_px) == pytest.approx(1.0)
+
+
+def test_a_number_that_another_focal_length_would_change_is_not_taken_for_told():
+    # Twenty-three of 24 lights, as even as those of 23 by the wrong camera: the side and the number are the right ones.
+    dock, normal = Dock(0.30, 24), rotation_from_angles(0.5, 0.3)
+    points_px = CAMERA.project(np.array([0.02, 0.01, 0.5]) + dock.light_points()[1:] @ normal.T)
+    markers = Markers(points_px, np.full(23, 20), np.full(23, 200))
+    other = replace(CAMERA, fx=0.6 * CAMERA.fx, fy=0.6 * CAMERA.fy)
+    ring = Ring(np.ones(23, dtype=bool), "", lights=23)
+    assert find_poses(points_px, other, Dock(0.30))[1].number == 23
+    _, choice, _, reason = judged(ring, markers, other, Dock(0.30), float(CAMERA.width * CAMERA.height))
+    assert reason is None
+    assert (choice.number, choice.focal_px) == (24, pytest.approx(CAMERA.fx, rel=0.05))

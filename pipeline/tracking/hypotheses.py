@@ -157,10 +157,11 @@ def grown(told: float, log_odds: float, allowed: float) -> float:
     """Log-odds of earlier frames with those of one more, where errors that they share allow but so much.
 
     The variance of what tells the poses apart is that of the noise, which falls with each frame, and that of what they
-    share. Log-odds go as one over it: 1 / sum of those by noise + 1 / allowed. What speaks against counts in full.
+    share. Log-odds go as one over it: 1 / sum of those by noise + 1 / allowed. What speaks against counts in full until
+    neither is likelier, and what is more of it is bounded as well.
     """
     if told * log_odds < 0:
-        return told + log_odds
+        return told + log_odds if abs(log_odds) <= abs(told) else grown(0.0, told + log_odds, allowed)
     by_noise = abs(told) * allowed / max(allowed - abs(told), 1e-12) + abs(log_odds)
     return math.copysign(by_noise * allowed / max(by_noise + allowed, 1e-12), told + log_odds)
 

@@ -13,8 +13,10 @@ def test_what_frames_tell_together_stays_below_what_they_share():
     assert 1.45 < told < 1.5
 
 
-def test_what_speaks_against_earlier_frames_counts_in_full_and_frames_that_know_nothing_tell_nothing():
-    assert grown(1.0, -2.5, 4.0) == pytest.approx(-1.5)
+def test_what_speaks_against_earlier_frames_counts_in_full_down_to_even_odds_and_is_bounded_beyond():
+    assert grown(3.0, -2.5, 4.0) == pytest.approx(0.5)
+    assert grown(1.0, -2.5, 4.0) == pytest.approx(-12 / 11)  # 1.5 is left: 1 / (1/1.5 + 1/4)
+    assert -0.72 < grown(-0.02, 20.0, 0.72) < 0.72
     assert grown(0.0, 3.0, 0.0) == pytest.approx(0.0, abs=1e-9)
 
 

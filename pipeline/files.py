@@ -258,7 +258,8 @@ def parse_yaml(data: bytes, name: str) -> dict[str, Any]:
     except (ArithmeticError, ValueError) as error:  # as for the character \UFFFFFFFF
         raise FileError(f"{name}: is not valid YAML ({shown(str(error))})") from error
     if not isinstance(content, dict):
-        raise FileError(f"{name}: holds no keys; its top is {type(content).__name__}")
+        top = "" if content is None else f"; its top is {type(content).__name__}"
+        raise FileError(f"{name}: holds no keys{top}")
     strange = next((key for key in content if not isinstance(key, str)), None)
     if strange is not None:
         raise FileError(f"{name}: has the key {shown(strange)}; keys must be text")

@@ -40,9 +40,17 @@ _CONVERTED = {
     "a NumPy array": (b"\x93NUMPY",),
     "an HDF5 file": (b"\x89HDF",),
 }
+_TLOG = "a log of telemetry (MAVLink's tlog), which has no pictures; open the camera's recording"
 _OTHERS = {
     "an archive; unpack it": (b"PK\3\4", b"\x1f\x8b", b"BZh", b"7z\xbc\xaf", b"Rar!", b"\x28\xb5\x2f\xfd"),
     "the log of a bag; open the .db3 beside it": (b"\x37\x7f\x06\x82", b"\x37\x7f\x06\x83"),
+    "a playlist; open a file or an address that it names": (b"#EXTM3U",),
+    "a recording of OpenNI (ONI); convert it to MKV or pictures": (b"NI10",),
+    "a capture of packets (pcap); open the stream, or a video of it": tuple(
+        map(bytes.fromhex, ("d4c3b2a1", "a1b2c3d4", "4d3cb2a1", "0a0d0d0a"))
+    ),
+    "a log of PX4 (ULog), which has no pictures; open the camera's recording": (b"ULog\x01",),
+    _TLOG: (),
     "a web page, not a picture": (b"<!DOCTYPE html", b"<html"),
     "what Git LFS leaves in place of a file; fetch it by git lfs pull": (b"version https://git-lfs",),
     "a video or a sound, which is opened by itself": (b"ftyp", b"\x1aE\xdf\xa3"),
@@ -66,6 +74,8 @@ def name_of(data: bytes) -> str:
 
 def _without_start(data: bytes) -> str:
     """Name of a format that does not begin with bytes of its own."""
+    if data[:1] == b"\0" and data[1:2] in b"\5\6\7" and data[8:9] in (b"\xfd", b"\xfe"):  # microseconds, and a packet
+        return _TLOG
     if data[128:132] == b"DICM":
         return "a DICOM picture"
     if data.startswith(b"<?xml") and b"<svg" in data[:4096]:

@@ -55,7 +55,7 @@ def test_given_angles_of_the_lights(page):
     page.box("Light angles (°)").fill("0, 30, 80, 120, 180, 250, 300")
     page.rest()
     assert page.app.view.dock.lights == 10  # nothing is taken over while it is typed
-    page.page.get_by_role("button", name="Set the lights").click()
+    page.box("Light angles (°)").press("Enter")
     page.until(lambda: page.app.view.dock.angles_deg == (0, 30, 80, 120, 180, 250, 300))
     page.until(lambda: number.input_value() == "7")
     page.box("Light angles (°)").fill("0, 90")

@@ -25,6 +25,9 @@ NOTICE_FAULTS = """() => {
   const place = newest.getBoundingClientRect();
   const covered = kept.filter((one) => isOver(place, one.getBoundingClientRect()));
   const faults = covered.map((one) => `it lies over ${one.id || one.tagName || "the place"}`);
+  const plot = document.querySelector("dockpose-histogram .plot").getBoundingClientRect();
+  const beneath = document.elementFromPoint(plot.left + plot.width / 2, plot.top + plot.height / 2);
+  if (innerWidth >= 1100 && !beneath?.closest("dockpose-histogram")) faults.push("the histogram does not answer");
   if (isOut(place)) faults.push("it is beyond the window");
   if (newest.scrollHeight > newest.clientHeight + 1) faults.push("it is not whole");
   const chips = [...document.querySelectorAll("dockpose-jobs .chip")].filter((one) => one.clientWidth > 0);

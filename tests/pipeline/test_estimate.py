@@ -159,7 +159,8 @@ def test_the_json_line_has_every_key_of_schema_1():
         *("schema", "source", "frame", "time_s", "time_unix_s", "sha256", "status", "message"),
         *("image", "camera", "dock", "settings"),
         *("threshold", "markers", "ellipse", "candidates", "selected", "selected_by"),
-        *("chosen", "entrance", "vehicle", "guidance", "detection", "found_by", "rivals"),
+        *("chosen", "entrance", "vehicle", "guidance", "extra_lights", "detection", "found_by"),
+        "rivals",
         "elapsed_ms",
     ]
     assert (line["schema"], line["source"], line["frame"], line["time_s"], line["sha256"]) == (

@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -13,10 +13,12 @@ import numpy as np
 import yaml
 from dockpose import Camera, Estimate, Vehicle
 from dockpose.app.errors import UserError, unwritable, writing
+from dockpose.app.export.data import to_png
 from dockpose.app.export.recordings.annotations import ANNOTATIONS, DEFINITION, annotations_of
 from dockpose.app.resources import static_path
-from dockpose.app.state.trust import Trust, headline_of
+from dockpose.app.state.trust import Trust, headline_of, trust_of
 from dockpose.camera.files import ros_content
+from dockpose.camera.image import as_picture
 from dockpose.files import GrowingFile
 from dockpose.guidance import entrance_of
 from dockpose.pose.circle import CirclePose
@@ -202,6 +204,19 @@ def covariance(pose: CirclePose | BodyPose) -> np.ndarray:
     """Return the total covariance (6, 6) in m² and rad²; where it is unknown, that of knowing nothing."""
     found, unknown = pose.covariance_total, [UNKNOWN_LENGTH_M2] * 3 + [UNKNOWN_ANGLE_RAD2] * 3
     return np.diag(unknown) if found is None else found
+
+
+def write_bag(
+    path: str | Path,
+    frames: Iterable[tuple[np.ndarray, float | None, Estimate]],
+    *,
+    source: str = "dockpose",
+    tell: Callable[[str], None] = print,
+) -> None:
+    """Write pictures, their times in seconds or None, and what was found in them as ``estimate --out`` does."""
+    with contextlib.closing(PoseFile(Path(path), source, tell)) as file:
+        for number, (image, time_s, found) in enumerate(frames):
+            file.write(Seen(source, number, found, trust_of(found), picture=to_png(as_picture(image))), time_s, None)
 
 
 class PoseFile:

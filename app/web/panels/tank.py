@@ -69,16 +69,16 @@ class CameraPanel(Panel):
         self.add_sliders(LENS | DOCK, putters | {"lights": self._with_lights})
 
     def _add_spacing(self) -> None:
-        uneven = self.gui.add_folder("Lights uneven or behind the ring", expand_by_default=False)
-        with uneven, self.gui.add_form(None) as spacing:
-            set_lights = self.changing(self._with_places)
-            self._angles, self._extra = self.add("text", "angles"), self.add("text", "extra")
-            self.values += [(self._angles, VALUES["angles"]), (self._extra, VALUES["extra"])]
-            self.add("button", "set_angles", set_lights)
-        on_person(spacing.on_submit, set_lights)
+        with self.gui.add_folder("Lights uneven or behind the ring", expand_by_default=False):
+            self._angles, self._extra = self._add_line("angles"), self._add_line("extra")
+        self.values += [(self._angles, VALUES["angles"]), (self._extra, VALUES["extra"])]
 
-    def _with_places(self, view: View) -> View:
-        return VALUES["extra"].put(VALUES["angles"].put(view, self._angles.value), self._extra.value)
+    def _add_line(self, name: str) -> Any:
+        """A box whose text is taken over with Enter; a form of several would need a button for that."""
+        with self.gui.add_form(None) as line:
+            box = self.add("text", name)
+        on_person(line.on_submit, self.changing(lambda view: VALUES[name].put(view, box.value)))
+        return box
 
     def _with_lights(self, view: View, value: Any) -> View:
         changed = put(view, "lights", value)

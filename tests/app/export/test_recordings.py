@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from dockpose import Dock, Entrance, estimate, open_frames
 from dockpose.app.cli import main
-from dockpose.app.export.recordings.ros import TOPICS
+from dockpose.app.export.recordings.ros import TOPICS, write_bag
 from dockpose.app.inputs.pictures import save_dock
 from dockpose.simulate import Approach, FilmPlan, render, save_sequence
 from dockpose.sources import Bag
@@ -27,7 +27,6 @@ from scipy.spatial.transform import Rotation
 
 from tests.support import bags, foxglove
 from tests.support.scenes import CAMERA, random_scene
-from tests.support.written import write_bag
 
 STORE = foxglove.register(get_typestore(Stores.ROS2_HUMBLE))
 EACH_FRAME = {"/diagnostics", "/dock/annotations", "/dock/image", "/dock/camera_info"}

@@ -12,10 +12,8 @@ from dockpose.pose.known import pose_error
 from dockpose.simulate import Scene, truth_of
 
 _LEAST_PX = 2.0  # that a group reaches from its middle, however small it is
-_ALIKE, _TILT_ALIKE = (
-    0.5,
-    3.0,
-)  # standard errors within which ranges are one, and tilts are of the same of the two poses
+# Standard errors within which ranges are one, and tilts are those of the same of the two poses.
+_ALIKE, _TILT_ALIKE = 0.5, 3.0
 
 
 @dataclass(frozen=True)

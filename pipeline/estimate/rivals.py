@@ -26,8 +26,6 @@ def rings_of(found: Estimate) -> Iterator[Estimate]:
             continue
         if reason is None:
             other = replace(other, lights=choice.number)
-            words, detection = (
-                found_in_words(other, choice, camera, dock),
-                detection_of(log_chance, other, choice, camera, dock),
-            )
+            words = found_in_words(other, choice, camera, dock)
+            detection = detection_of(log_chance, other, choice, camera, dock)
             yield replace(found, message=words, ring=other, ellipse=ellipse, choice=choice, detection=detection)

@@ -111,6 +111,8 @@ class Guard:
             other.pts, other.dts = packet.pts, packet.dts
         with contextlib.suppress(FFmpegError):
             self._others |= {frame.pts: picture_of(frame, grey=True) for frame in self._other.decode(other)}
+        while len(self._others) > _MOST_HELD:  # of packets of which no picture came
+            del self._others[next(iter(self._others))]
 
     def _take(self, frame: av.VideoFrame) -> None:
         number = self._numbers.pop(frame.pts, self._number - 1)

@@ -1,5 +1,6 @@
 """The threshold methods by their names: the library's, and those that somebody registers."""
 
+import functools
 import inspect
 import math
 import numbers
@@ -38,13 +39,18 @@ class Entry:
     def __call__(self, histogram: Histogram, min_area_px: int, level: int | None) -> Threshold:
         """The threshold of a picture's histogram."""
         given = {"min_area_px": min_area_px, "level": level}
-        wanted = [*inspect.signature(self.method).parameters][1:]
-        return self.method(histogram, *(given[name] for name in wanted))
+        return self.method(histogram, *(given[name] for name in _parameters(self.method)))
 
     @property
     def label(self) -> str:
         """The title where space is scarce."""
         return self.short or self.title.partition(" (")[0]
+
+
+@functools.cache
+def _parameters(method: Callable[..., Threshold]) -> tuple[str, ...]:
+    """What a method needs beside the histogram."""
+    return (*inspect.signature(method).parameters,)[1:]
 
 
 def own_entry(known: Mapping[str, Entry], name: Any, title: Any, function: Any) -> Entry:

@@ -45,7 +45,8 @@ def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | No
     halves = last.halves_px
     margin = reach_px + 3 * float(halves.max()) + 8
     extra_px = [geometry.extra_expected(pose, last.found) for pose in last.found.candidates]
-    corners = np.nan_to_num(np.concatenate([last.points_px, expected_px, *extra_px]))
+    corners = np.concatenate([last.points_px, expected_px, *extra_px])
+    corners = corners[np.isfinite(corners).all(axis=1)]
     (left, top), (right, bottom) = corners.min(axis=0) - margin, corners.max(axis=0) + margin
     height, width = image.shape[:2]
     if min(right, width) - max(left, 0) < 8 or min(bottom, height) - max(top, 0) < 8:

@@ -1,8 +1,7 @@
-"""The one judgement of an estimated pose by the truth, of tests, benches and study; and the rows of the study."""
+"""The one judgement of an estimated pose by the truth; and the rows of the study."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from dockpose.estimate import Estimate, estimate
@@ -15,7 +14,6 @@ from dockpose.thresholds import METHODS as THRESHOLDS
 
 RIGHT_SHARE, RIGHT_DEG = 0.05, 5.0  # of the range, and of the direction of the dock's normal
 HOLD_SIGMAS = 1.96  # standard errors of a 95 % interval
-SURE = 0.95  # probability from which a pose, and with ``detection`` a dock, is given as right
 OUTCOMES = ("success", "wrong pose", "refused", "false dock", "correct refusal")
 SUCCESS, WRONG_POSE, REFUSED, FALSE_DOCK, CORRECT_REFUSAL = OUTCOMES
 UNITS = {"x": "m", "y": "m", "z": "m", "theta_x": "deg", "theta_y": "deg"}
@@ -60,57 +58,6 @@ def signed_errors(pose: CirclePose, position_m: np.ndarray, normal: np.ndarray) 
     return x, y, z, math.degrees(pose.theta_x_rad - true.theta_x_rad), math.degrees(turned)
 
 
-@dataclass(frozen=True)
-class Judgement:
-    """What came of a picture that shows a dock: of the chosen pose, unless it says otherwise."""
-
-    found: bool
-    right: bool = False  # within ``RIGHT_SHARE`` of the range and ``RIGHT_DEG``
-    either: bool = False  # whether it or the other one is right
-    nearer: bool = False  # whether it is the nearer of the two in attitude
-    near: bool = False  # whether its position alone is right
-    holds: tuple[bool, ...] = ()  # whether 95 % intervals of x, y, z and both angles hold, all told, of the nearer one
-    probability: float = 0.0
-    detection: float = 0.0
-
-    @property
-    def undecided(self) -> bool:
-        """Whether the two poses are left open."""
-        return self.found and self.probability < SURE
-
-    @property
-    def sure(self) -> bool:
-        """Whether it is given as right with 95 %."""
-        return self.found and self.probability * self.detection >= SURE
-
-    @property
-    def outcome(self) -> str:
-        """In a word: "refused", "right", "sure" and wrong, "undecided" while the other one is right, or "wrong"."""
-        if not self.found or self.right:
-            return "right" if self.right else "refused"
-        return "sure" if self.sure else "undecided" if self.either else "wrong"
-
-
-def judged(found: Estimate, position_m: np.ndarray, normal: np.ndarray) -> Judgement:
-    """Judge an estimate by the dock's true position (3,) and normal (3,)."""
-    chosen, truth = found.selected, CirclePose(position_m, normal, np.zeros(2))
-    if found.status != "ok" or chosen is None:
-        return Judgement(found=False)
-    best = nearest(found.candidates, normal)
-    sigmas = np.array([*(best.sigma_total_position_m or [0.0] * 3), *(best.sigma_total_theta_rad or [0.0] * 2)])
-    off = np.abs(signed_errors(best, position_m, normal)) * [1, 1, 1, *np.radians([1, 1])]
-    return Judgement(
-        found=True,
-        right=is_right(chosen, truth),
-        either=any(is_right(pose, truth) for pose in found.candidates),
-        nearer=bool(chosen.normal @ normal >= best.normal @ normal),
-        near=pose_errors(chosen, truth)[0] <= RIGHT_SHARE * float(np.linalg.norm(position_m)),
-        holds=tuple((off < HOLD_SIGMAS * sigmas).tolist()),
-        probability=chosen.probability or 0.0,
-        detection=found.detection or 0.0,
-    )
-
-
 def judge_choice(choice: Choice, position_m: np.ndarray, normal: np.ndarray) -> tuple[tuple[float, ...], bool]:
     """Signed errors (5,) of that of two poses which is nearer to the truth, and whether it was the chosen one."""
     best = nearest(choice.candidates, normal)
@@ -139,12 +86,12 @@ def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> 
     if not has_dock:
         return row
     off_m, angle_deg = pose_errors(chosen, truth)
-    range_m, whole = float(np.linalg.norm(truth.position_m)), judged(found, truth.position_m, truth.normal)
+    range_m, best = float(np.linalg.norm(truth.position_m)), nearest(found.candidates, truth.normal)
     row |= {
-        "chosen_right": whole.right,
-        "either_right": whole.either,
-        "chosen_nearer": whole.nearer,
-        "position_right": whole.near,
+        "chosen_right": is_right(chosen, truth),
+        "either_right": any(is_right(pose, truth) for pose in found.candidates),
+        "chosen_nearer": bool(chosen.normal @ truth.normal >= best.normal @ truth.normal),
+        "position_right": off_m <= RIGHT_SHARE * range_m,
         "position_error_m": off_m,
         "position_error_share": off_m / range_m,
         "angle_error_deg": angle_deg,

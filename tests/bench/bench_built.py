@@ -13,11 +13,11 @@ from multiprocessing.pool import Pool
 import numpy as np
 import pytest
 from dockpose import Dock, estimate
-from dockpose.study.judge import Judgement, judged
 
 from tests.bench.floors import at_least, at_most
 from tests.bench.lamps import DIAMETER_M
 from tests.bench.seen_scenes import Lamps, Shown, circle, closest_px, dock_drawn, drawn, even
+from tests.support.judged import Judgement, judged
 
 LIGHTS = (5, 6, 8, 12, 24)
 # Standard deviations of the lights' places along and across the rim, in radii.

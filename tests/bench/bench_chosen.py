@@ -20,12 +20,12 @@ import pytest
 from dockpose import Camera, Dock, Tracker, estimate
 from dockpose.camera.image import read
 from dockpose.pose.circle import CirclePose, rotation_from_angles
-from dockpose.study.judge import SURE, Judgement, judged
 
 from tests.bench.bench_built import built
 from tests.bench.floors import at_least, at_most
 from tests.bench.lamps import DIAMETER_M, draw_lamps
 from tests.bench.seen_scenes import Shown, circle, closest_px, dock_drawn, drawn, even, on_picture, seen_from
+from tests.support.judged import SURE, Judgement, judged
 
 BINS = (0.5, 0.8, 0.95, 0.99, 1.0001)
 _LED_FIELD_OF_VIEW = 1.1547  # of a photograph's width to the assumed focal length: 60 degrees across

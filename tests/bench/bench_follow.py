@@ -22,7 +22,9 @@ from dockpose.simulate.parts import Background, Lamp, Mirror, Occluder
 from dockpose.simulate.scene import Truth
 from dockpose.sources import Frame, Live
 from dockpose.sources.capture import Capture
-from dockpose.study.judge import RIGHT_SHARE, SURE, is_right
+from dockpose.study.judge import RIGHT_SHARE, is_right
+
+from tests.support.judged import SURE
 
 CAMERA = Camera(fx=700.0, fy=700.0, cx=319.5, cy=239.5, width=640, height=480)
 DOCK = Dock(diameter=0.30, lights=10)

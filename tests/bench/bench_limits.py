@@ -4,7 +4,8 @@ import math
 
 from dockpose import Camera, Dock, estimate
 from dockpose.simulate import Pose, Scene, render
-from dockpose.study.judge import judged
+
+from tests.support.judged import judged
 
 DOCK = Dock(0.30, lights=10)
 PINHOLE = Camera(1000, 1000, 639.5, 479.5, 1280, 960)

@@ -15,10 +15,11 @@ from dockpose.camera.board import Board
 from dockpose.camera.calibrate import calibrate
 from dockpose.camera.sigma import errors_of, moved
 from dockpose.pose.circle import CirclePose
-from dockpose.study.judge import judged, nearest, signed_errors
+from dockpose.study.judge import nearest, signed_errors
 
 from tests.bench.lamps import draw_lamps, unit_normal
 from tests.bench.seen_scenes import circle, seen_from
+from tests.support.judged import judged
 
 TANK = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "tank"
 SCENES = 200

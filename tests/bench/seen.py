@@ -16,13 +16,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 from dockpose import Dock, Tracker, estimate
-from dockpose.study.judge import judged
 
 from tests.bench import seen_others as others
 from tests.bench import seen_scenes as scenes
 from tests.bench.floors import at_least, at_most
 from tests.bench.lamps import DIAMETER_M
 from tests.bench.seen_scenes import Shown
+from tests.support.judged import judged
 
 WORDS = ("right", "undecided", "asked", "refused", "wrong", "sure")
 _ASKED = re.compile(r"degrees? off|angles_deg|--lights|lights=4")

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 from dockpose import Camera, Dock, estimate
-from dockpose.study.judge import judged
 
 from tests.bench.lamps import DIAMETER_M, HALOS, Drawn, draw_lamps, ring_px, unit_normal
 from tests.bench.seen_scenes import closest_px
+from tests.support.judged import judged
 
 SIZES = {(320, 240): 0.25, (640, 480): 0.4, (1280, 720): 0.2, (1920, 1080): 0.1, (3840, 2160): 0.05}
 LEAST_SPACING_PX = 7.0  # of neighbouring lamps

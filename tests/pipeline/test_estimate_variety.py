@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, estimate
-from dockpose.study.judge import judged
 
 from tests.bench.variety import KINDS, draw
+from tests.support.judged import judged
 
 SEEDS = range(4)
 

@@ -9,18 +9,9 @@ from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.pose.uncertainty import PoseErrors
 from dockpose.simulate import Pose, Scene, truth_of
 from dockpose.study import judge as judging
-from dockpose.study.judge import (
-    COLUMNS,
-    ELAPSED,
-    OUTCOMES,
-    PRODUCT,
-    as_text,
-    judge,
-    judge_choice,
-    judged,
-    methods,
-    scene_rows,
-)
+from dockpose.study.judge import COLUMNS, ELAPSED, OUTCOMES, PRODUCT, as_text, judge, judge_choice, methods, scene_rows
+
+from tests.support.judged import judged
 
 CAMERA = Camera(700, 700, 319.5, 239.5, 640, 480)
 DOCK = Dock(0.30, 10)

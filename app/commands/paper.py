@@ -77,7 +77,7 @@ def run_reproduce(arguments: argparse.Namespace) -> int:
     total = len(set(arguments.only)) or len(PARTS)
     with FrameProgress("reproduce", total=total, unit="parts") as progress:
         reproduce(arguments.out, arguments.seed, arguments.jobs, arguments.only, lambda key: progress.step(name=key))
-    say(f"the report is {arguments.out / 'paper.md'}")
+    say(f"the page is {arguments.out / 'paper.md'}, the whole report {arguments.out / 'report.md'}")
     return EXIT_ALL_READ
 
 

@@ -155,6 +155,7 @@ class NumberTable:
     rows: Rows
     digits: int = 3  # significant digits in the page
     is_shown: bool = True  # False for the points of a curve, which only the file has
+    is_on_page: bool = False  # whether the report's short form has it too
 
     @classmethod
     def of(cls, part: str, table: str, name: str, rows: Rows, /, **numbers: Any) -> "NumberTable":
@@ -162,7 +163,8 @@ class NumberTable:
         of = read_toml("parts.toml")[part]["tables"][table]
         head, *body = rows if "head" not in of else (of["head"], *rows)
         filled = [_filled(str(cell), numbers) for cell in head]
-        return cls(name, _filled(of["caption"], numbers), filled, body, of.get("digits", 3), of.get("is_shown", True))
+        how = {key: of[key] for key in ("digits", "is_shown", "is_on_page") if key in of}
+        return cls(name, _filled(of["caption"], numbers), filled, body, **how)
 
     @property
     def shown(self) -> list[list[str]]:
@@ -225,7 +227,7 @@ def make_part(key: str, seed: int) -> Part:
 
 
 def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Callable[[str], None]) -> None:
-    """Write ``paper.md`` and the files of each part, or of some, into a folder; ``done`` gets the key of each."""
+    """Write the report, its short form and the files of each part, or of some; ``done`` gets the key of each."""
     for key in only:
         if key not in PARTS:
             raise UserError(f"there is no part {key!r}; there are {', '.join(PARTS)}")
@@ -243,7 +245,7 @@ def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Call
             with writing(f"--out {out}"):
                 parts[key].write(out)
             done(key)
-    made = [parts[key] for key in wanted]
-    text = page("reproduction.md", seed=seed, parts=made, versions=versions())
-    with writing(f"--out {out}"):
-        write_whole(out / "paper.md", f"{text.strip()}\n".encode())
+    about = {"seed": seed, "parts": [parts[key] for key in wanted], "versions": versions()}
+    for name, is_whole in (("report.md", True), ("paper.md", False)):
+        with writing(f"--out {out}"):
+            write_whole(out / name, f"{page('reproduction.md', is_whole=is_whole, **about).strip()}\n".encode())

@@ -25,5 +25,15 @@ def test_numbers_are_rounded_and_large_ones_written_out(number, text):
 
 def test_a_table_in_markdown_shows_its_cells_to_the_letter():
     part = Part("main", "", "", "", "", tables=[NumberTable("main", "", ["a|b", "x_px"], [["1 < 2", 0.5]])])
-    text = page("reproduction.md", seed=1, versions={}, parts=[part])
+    text = page("reproduction.md", seed=1, versions={}, parts=[part], is_whole=True)
     assert "| a\\|b | x\\_px |\n| --- | --- |\n| 1 \\< 2 | 0.5 |\n" in text
+
+
+def test_the_short_form_has_the_tables_that_are_for_it_and_of_the_differences_the_first_sentence():
+    words = ("kept", "left")
+    tables = [NumberTable(name, f"Rows of {name}.", ["x"], [[1]], is_on_page=name == "kept") for name in words]
+    part = Part("main", "", "", "", "By 1.5 m. And more.", tables=tables)
+    whole, short = (page("reproduction.md", seed=1, versions={}, parts=[part], is_whole=one) for one in (True, False))
+    assert [text in whole for text in ("Rows of kept.", "Rows of left.", "By 1.5 m. And more.")] == [True] * 3
+    assert ("Rows of kept." in short, "Rows of left." in short) == (True, False)
+    assert "**Differences.** By 1.5 m.\n" in short

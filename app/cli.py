@@ -4,13 +4,13 @@ import argparse
 import atexit
 import contextlib
 import difflib
+import functools
 import gc
 import glob
 import logging
 import os
 import re
 import sys
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -38,7 +38,6 @@ COMMANDS = {
     "ros": "ros:run",
     "doctor": "doctor:run",
 }
-_COMPILING_EVERY_S = 5.0  # between two reports of how far it is
 _LOG = logging.getLogger("dockpose")
 
 
@@ -100,7 +99,7 @@ def _run(arguments: argparse.Namespace) -> int:
     _LOG.info("%s begins: dockpose %s", command, __version__)
     status = console.EXIT_BAD_ARGUMENTS
     try:
-        with on_compiling(_Compiling()):
+        with on_compiling(_say_once_that_it_compiles):
             status = arguments.run(arguments)
     except BrokenPipeError:  # the reader of our output went away, as `head` does
         status = console.EXIT_UNWRITABLE
@@ -123,22 +122,9 @@ def _run(arguments: argparse.Namespace) -> int:
     return status
 
 
-class _Compiling:
-    """Says how far the first run's compiling is: at once, and every few seconds."""
-
-    def __init__(self) -> None:
-        self._said_s: float | None = None
-
-    def __call__(self, done: int, most: int) -> None:
-        """So many loops are done, of so many that this run may need."""
-        now_s = time.monotonic()
-        if self._said_s is None:
-            console.say("compiling the loops over pixels, once; this first run takes up to half a minute longer")
-        elif now_s - self._said_s > _COMPILING_EVERY_S:
-            console.say(f"compiling: {done} loops done, of at most {most}")
-        else:
-            return
-        self._said_s = now_s
+@functools.cache
+def _say_once_that_it_compiles() -> None:
+    console.say("compiling the loops over pixels, once; this first run takes up to half a minute longer")
 
 
 def _with_command(words: list[str]) -> list[str]:

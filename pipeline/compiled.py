@@ -18,7 +18,6 @@ from numba.core.caching import IndexDataCacheFile
 _HOW: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
 _FOLDER = "CACHE_DIR"  # numba's setting, which it makes when it is loaded
 _ROOT = Path(__file__).parent  # of all compiled functions
-_LOOPS: set[Callable[..., Any]] = set()  # that are compiled on their own, of the files that are loaded
 
 
 def _load_without_blas() -> None:
@@ -41,8 +40,6 @@ def compiled(loop: Callable[..., Any], **more: Any) -> Any:
     """Compile a function on its first call, and keep the result where possible; not with ``NUMBA_DISABLE_JIT``."""
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return loop
-    if "inline" not in more:
-        _LOOPS.add(loop)
     try:
         return _kept(loop, _HOW | more)
     except RuntimeError:  # numba found no folder that can be written
@@ -93,9 +90,9 @@ def stamp_of_sources(root: Path) -> str:
     return hashlib.sha256(b"".join(source for source in sources if b"@compiled" in source)).hexdigest()
 
 
-def on_compiling(tell: Callable[[int, int], object]) -> AbstractContextManager[None]:
-    """Call ``tell`` when a loop is about to be compiled, with how many are done by then, and how many there can be."""
-    return event.install_listener("numba:compile", _Count(tell))
+def on_compiling(tell: Callable[[], object]) -> AbstractContextManager[None]:
+    """Call ``tell`` whenever a loop is about to be compiled."""
+    return event.install_listener("numba:compile", _Begun(tell))
 
 
 def _compiled_elsewhere(loop: Callable[..., Any], how: dict[str, Any]) -> Any:
@@ -126,15 +123,12 @@ def _temporary_folder() -> Path | None:
     return folder
 
 
-class _Count(event.Listener):
-    def __init__(self, tell: Callable[[int, int], object]) -> None:
-        self._tell, self._done = tell, set[Callable[..., Any]]()
+class _Begun(event.Listener):
+    def __init__(self, tell: Callable[[], object]) -> None:
+        self._tell = tell
 
     def on_start(self, event: event.Event) -> None:
-        """A compilation starts."""
-        self._tell(len(self._done), len(_LOOPS))
+        self._tell()
 
     def on_end(self, event: event.Event) -> None:
-        """A compilation is done; those of numba's own functions are within it."""
-        about: Any = event.data
-        self._done |= _LOOPS & {about["dispatcher"].py_func}
+        pass

@@ -175,7 +175,7 @@ import numpy as np
 from dockpose.compiled import on_compiling
 from dockpose.pixels.bright import bright_pixels
 told = []
-with on_compiling(lambda *counts: told.append(counts)):
+with on_compiling(lambda: told.append(1)):
     found = len(bright_pixels(np.full((2, 2), 9, np.uint8), 5))
 print("compiling" if told else "kept", found)
 """

@@ -18,8 +18,8 @@ from dockpose.app.export.video import VideoFile, is_video_file
 from dockpose.app.inputs.protected import Protected
 from dockpose.app.state.scene import DEFAULT_SCENE
 from dockpose.files import remove
-from dockpose.simulate import Approach, FilmPlan, Lights, RenderedFrame, Scene, film, load_sequence, save_sequence
-from dockpose.simulate.files import TRUTH_COLUMNS, save_picture, truth_row
+from dockpose.simulate import Approach, FilmPlan, Lights, RenderedFrame, Scene, film
+from dockpose.simulate.files import TRUTH_COLUMNS, load_sequence, save_picture, save_sequence, truth_row
 from dockpose.simulate.parts import Background
 
 _STILL_RATE_HZ = 10.0

@@ -93,7 +93,7 @@ def typed(
     """Return a sequence that was typed, with its camera and dock."""
     kind, course, name = sources.kind_of(source), None, source
     if kind is Kind.SIMULATED:
-        from dockpose.simulate import load_sequence
+        from dockpose.simulate.files import load_sequence
 
         course = load_sequence(source)
         camera, dock = camera or course.scene.camera, dock or course.scene.dock

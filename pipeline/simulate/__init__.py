@@ -1,6 +1,6 @@
 """Simulated pictures and sequences of a dock, with the truth beside them."""
 
-from dockpose.simulate.files import load_scene, load_sequence, save_scene, save_sequence
+from dockpose.simulate.files import load_scene
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Lights, Pose, Sensor
 from dockpose.simulate.render import render
@@ -21,10 +21,7 @@ __all__ = [
     "Truth",
     "film",
     "load_scene",
-    "load_sequence",
     "render",
-    "save_scene",
-    "save_sequence",
     "truth_of",
     "water_of_turbidity",
 ]

@@ -20,12 +20,12 @@ _SMALLEST_FILES = 9  # PNG's highest compression
 
 
 def load_scene(path: str | Path) -> Scene:
-    """Read the scene file of a single picture; see :func:`load_sequence`.
+    """Read the scene file of a single picture.
 
     Parameters
     ----------
     path : str or Path
-        The file.
+        The file. ``water`` may be the name of a preset; a ``truth`` is ignored.
 
     Returns
     -------
@@ -44,23 +44,7 @@ def load_scene(path: str | Path) -> Scene:
 
 
 def load_sequence(path: str | Path) -> FilmPlan:
-    """Read a scene file, with or without the key ``motion``.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file. ``water`` may be the name of a preset; a ``truth`` is ignored.
-
-    Returns
-    -------
-    FilmPlan
-        The scene and its motion.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read, or a key is unknown, missing or wrong; the text names it.
-    """
+    """Read a scene file, with or without ``motion``; ``water`` may name a preset. FileError names what is wrong."""
     content = read_yaml(path)
     content.pop("truth", None)
     motion = content.pop("motion", None)
@@ -73,17 +57,7 @@ def load_sequence(path: str | Path) -> FilmPlan:
 
 
 def save_scene(scene: Scene, folder: str | Path, name: str) -> None:
-    """Render a scene, and write NAME.png and NAME.yaml (the scene and its truth) into a folder.
-
-    Parameters
-    ----------
-    scene : Scene
-        What to render.
-    folder : str or Path
-        Where to write.
-    name : str
-        Of the two files, without their endings.
-    """
+    """Render a scene, and write NAME.png and NAME.yaml (the scene and its truth) into a folder."""
     image, truth = render(scene)
     save_picture(image, scene, truth, folder, name, compression=_SMALLEST_FILES)
 
@@ -100,15 +74,7 @@ def save_picture(
 
 
 def save_sequence(sequence: FilmPlan, path: str | Path) -> None:
-    """Write a scene file that :func:`load_sequence` reads back to the same numbers.
-
-    Parameters
-    ----------
-    sequence : FilmPlan
-        What to write.
-    path : str or Path
-        Of the file.
-    """
+    """Write a scene file that :func:`load_sequence` reads back to the same numbers."""
     motion = {} if sequence.motion is None else {"motion": msgspec.to_builtins(sequence.motion)}
     write_whole(Path(path), to_yaml(msgspec.to_builtins(sequence.scene) | motion).encode())
 

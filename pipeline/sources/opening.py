@@ -8,7 +8,8 @@ import numpy as np
 from dockpose.checks import check_turn
 from dockpose.estimate import estimate
 from dockpose.files import FileError
-from dockpose.simulate import ClosedLoop, FilmPlan, film, load_sequence
+from dockpose.simulate import ClosedLoop, FilmPlan, film
+from dockpose.simulate.files import load_sequence
 from dockpose.simulate.render import render
 from dockpose.simulate.sequence import Observe, scenes
 from dockpose.sources.bags.bag import Bag

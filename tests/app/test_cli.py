@@ -87,11 +87,9 @@ def test_the_page_shows_its_first_result_without_what_takes_long():
     assert loaded_by(["serve", "--help"], SLOW, page) == "[]"
 
 
-def test_how_far_compiling_is_said_at_once_and_every_few_seconds(monkeypatch, capsys):
-    compiling = cli._Compiling()
-    for done, now_s in ((0, 100.0), (1, 101.0), (7, 106.0), (8, 107.0), (20, 112.0)):
-        monkeypatch.setattr(cli.time, "monotonic", lambda now_s=now_s: now_s)
-        compiling(done, 62)
-    first, *later = capsys.readouterr().err.splitlines()
-    assert first.startswith("dockpose: compiling the loops over pixels, once")
-    assert later == [f"dockpose: compiling: {done} loops done, of at most 62" for done in (7, 20)]
+def test_that_it_compiles_is_said_once(capsys):
+    cli._say_once_that_it_compiles.cache_clear()
+    for _ in range(3):
+        cli._say_once_that_it_compiles()
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("dockpose: compiling the loops over pixels, once")

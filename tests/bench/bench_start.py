@@ -1,7 +1,6 @@
 """How long the program takes to start, in processor time, which other processes of the machine hardly lengthen."""
 
 import os
-import re
 import subprocess
 import sys
 import time
@@ -49,14 +48,12 @@ def test_a_start_is_short(name, command, most_s):
     assert took_s < most_s * max(1.0, numpy_s / NUMPY_S)
 
 
-def test_the_first_answer_of_a_new_environment_is_compiled_with_a_word_on_how_far_it_is(tmp_path):
+def test_the_first_answer_of_a_new_environment_is_compiled_with_a_word_on_it(tmp_path):
     began_s = time.monotonic()
     took_s, told = processor_s([*PROGRAM, "estimate", "tilted"], NUMBA_CACHE_DIR=str(tmp_path))
     waited_s, numpy_s = time.monotonic() - began_s, least_s([sys.executable, "-c", "import numpy"])
     lines = [line for line in told.splitlines() if "compiling" in line]
     print(f"\nthe first answer: {took_s:.1f} s of processor time in {waited_s:.1f} s; numpy {numpy_s:.2f} s")
     print("\n".join(lines))
-    counts = [[int(number) for number in re.findall(r"\d+", line)] for line in lines[1:]]
-    assert counts
-    assert all(done < most for done, most in counts)
+    assert len(lines) == 1
     assert took_s < FIRST_ANSWER_S * max(1.0, numpy_s / NUMPY_S)

@@ -24,7 +24,8 @@ from dockpose.camera.port import FlatPort
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.pose.solve import find_poses
 from dockpose.sidecar import load_dock, read_sidecar
-from dockpose.simulate import load_sequence, render
+from dockpose.simulate import render
+from dockpose.simulate.files import load_sequence
 from dockpose.sources import open_frames
 from dockpose.sources.bags.decoding import fields_of, frame_of, stamp_ns
 from dockpose.sources.bags.messages import camera_in, picture_in

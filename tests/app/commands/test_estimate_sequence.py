@@ -19,7 +19,8 @@ from dockpose import Camera
 from dockpose.app.cli import main
 from dockpose.app.commands.progress import FrameProgress, rate_text
 from dockpose.camera.files import save_camera
-from dockpose.simulate import Approach, FilmPlan, film, save_sequence
+from dockpose.simulate import Approach, FilmPlan, film
+from dockpose.simulate.files import save_sequence
 from dockpose.sources import open_frames
 
 from tests.support.cameras import V4l2Camera

@@ -12,8 +12,8 @@ from dockpose.app.cli import main
 from dockpose.app.inputs.pictures import save_dock
 from dockpose.camera.files import save_camera
 from dockpose.sidecar import sample_path, sample_source
-from dockpose.simulate import Approach, FilmPlan, save_sequence
-from dockpose.simulate.files import TRUTH_COLUMNS
+from dockpose.simulate import Approach, FilmPlan
+from dockpose.simulate.files import TRUTH_COLUMNS, save_sequence
 
 from tests.support.scenes import CAMERA, random_scene
 

@@ -14,7 +14,8 @@ from dockpose.app.cli import main
 from dockpose.app.commands.console import Terminated
 from dockpose.app.export.video import VideoFile
 from dockpose.sidecar import sample_path
-from dockpose.simulate import Approach, FilmPlan, film, save_sequence
+from dockpose.simulate import Approach, FilmPlan, film
+from dockpose.simulate.files import save_sequence
 
 from tests.support.left_files import faults
 from tests.support.scenes import CAMERA, random_scene

@@ -11,7 +11,8 @@ from dockpose import Camera
 from dockpose.app.cli import main
 from dockpose.app.commands import simulate as simulate_command
 from dockpose.files import to_yaml
-from dockpose.simulate import ClosedLoop, FilmPlan, Hover, Lights, Pose, Scene, Sensor, load_sequence, save_sequence
+from dockpose.simulate import ClosedLoop, FilmPlan, Hover, Lights, Pose, Scene, Sensor
+from dockpose.simulate.files import load_sequence, save_sequence
 
 from tests.support.scenes import CAMERA, DOCK
 

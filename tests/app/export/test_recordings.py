@@ -15,7 +15,8 @@ from dockpose import Dock, Entrance, estimate, open_frames
 from dockpose.app.cli import main
 from dockpose.app.export.recordings.ros import TOPICS, write_bag
 from dockpose.app.inputs.pictures import save_dock
-from dockpose.simulate import Approach, FilmPlan, render, save_sequence
+from dockpose.simulate import Approach, FilmPlan, render
+from dockpose.simulate.files import save_sequence
 from dockpose.sources import Bag
 from mcap.exceptions import McapError
 from mcap.reader import make_reader

@@ -15,7 +15,8 @@ from dockpose.app.cli import main
 from dockpose.app.processing import parallel
 from dockpose.app.processing.parallel import workers
 from dockpose.camera.files import save_camera
-from dockpose.simulate import Approach, FilmPlan, film, save_sequence
+from dockpose.simulate import Approach, FilmPlan, film
+from dockpose.simulate.files import save_sequence
 from dockpose.simulate.parts import Text
 
 from tests.support.cluster import dask_cluster

@@ -9,7 +9,8 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
-from dockpose.simulate import Approach, ClosedLoop, FilmPlan, film, save_sequence
+from dockpose.simulate import Approach, ClosedLoop, FilmPlan, film
+from dockpose.simulate.files import save_sequence
 from dockpose.sources import Kind, Live, Pictures, SourceError, kind_of, open_frames, read_ahead
 from dockpose.sources.capture import Capture
 

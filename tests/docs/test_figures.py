@@ -64,5 +64,5 @@ def test_approaches_in_closed_loop():
 
 def test_each_figure_of_the_paper_is_there():
     shown = re.findall(r"\]\((figures/paper/[^)]*)\)", PAPER)
-    assert len(shown) == 12
+    assert len(shown) == 11
     assert {path.name for path in (DOCS / "figures" / "paper").iterdir()} == {name.rpartition("/")[2] for name in shown}

@@ -1,20 +1,19 @@
-"""Figure 15, the threshold methods on one scene and over random scenes; and HATS from its literal reading to ours."""
+"""Figure 15, the threshold methods on one scene and over random scenes; and the literal HATS."""
 
 from collections.abc import Iterable, Mapping
-from itertools import chain, pairwise
+from itertools import chain
 from typing import Any
 
 import numpy as np
 from dockpose.app.drawing.annotated import kept_pixels
-from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE
 from dockpose.app.export import plots as draw
-from dockpose.app.export.parts import Part, Rows, by_verdict, verdict
+from dockpose.app.export.parts import Part, Rows, by_verdict
 from dockpose.app.export.plots import PHOTO_DPI, SMALL, canvas, show
 from dockpose.app.processing.comparison import compare
 from dockpose.estimate import Estimate
 from dockpose.paper import rivals
 from dockpose.paper.levels import Picture
-from dockpose.paper.rivals import ANY_LEVEL, COLUMNS, LITERAL, OURS, PER_LIGHT, STEPS, Tally
+from dockpose.paper.rivals import ANY_LEVEL, COLUMNS, LITERAL, OURS, PER_LIGHT, Tally
 from dockpose.paper.scenes import tank_scenes
 from dockpose.study.judge import is_right
 from dockpose.study.statistics import Difference, Share, paired_difference, share_of
@@ -33,7 +32,6 @@ _WORDS = {
     "plain_chain": "a pose of the ellipse through all groups is right",
     "right": "the pose that our further steps choose is right",
 }
-_LOOKS = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"))
 _ONE_SCENE = "uneven lighting"
 
 
@@ -84,42 +82,17 @@ _NOT = {True: "", False: "not "}
 
 
 def literal_hats(seed: int) -> Part:
-    """The ladder from the literal reading to ours."""
-    tally, steps = rivals.compare_schemes(seed), [*STEPS, OURS]
-    gains = {after: _differences(tally, after, before) for before, after in pairwise(steps)}
-    changes = {step.split("+ ")[-1]: of for step, of in gains.items()}
-    beyond = {
-        step: {column: one for column, one in of.items() if verdict(vars(one)) != "open"}
-        for step, of in changes.items()
-    }
-    figure = canvas(8.6, 4.0)
-    axes = figure.add_subplot()
+    """The literal reading beside ours."""
+    tally = rivals.compare_schemes(seed)
     shares = _shares(tally)
-    for number, (column, looks) in enumerate(zip(COLUMNS, _LOOKS, strict=True)):
-        places, label = np.arange(len(steps)) + 0.22 * (number - 1), _WORDS[column]
-        of_steps = [vars(shares[column][step]) for step in steps]
-        draw.draw_intervals(axes, places, of_steps, looks, across=True, ms=5, capsize=2, label=label)
-    axes.set_yticks(range(len(steps)), steps)
-    axes.invert_yaxis()
-    axes.set(xlim=(0, 100), xlabel="share of scenes (%)")
-    axes.grid(axis="x", lw=0.4)
-    draw.legend_above(figure, axes, ncols=1)
-    cases = {**{name: name for name in steps}, PER_LIGHT: "ours, a level per light"}
     return Part.of(
         "literal_hats",
-        {"main": figure},
-        {
-            "main": share_rows(tally, cases),
-            "steps": [(step, *_in_percent(of.values())) for step, of in gains.items()],
-        },
+        {},
+        {"main": share_rows(tally, {LITERAL: LITERAL, OURS: OURS, PER_LIGHT: "ours, a level per light"})},
         cases=2 * rivals.SCENES_A_HALF,
         exact=[shares["exact"][name] for name in (LITERAL, OURS)],
         right=[shares["right"][name] for name in (LITERAL, OURS)],
         whole=_differences(tally, OURS, LITERAL),
-        columns=_WORDS,
-        gains=len(gains) * len(COLUMNS),
-        sure={step: sure for step, sure in beyond.items() if sure},
-        nothing=[step for step, of in changes.items() if all(one.value == 0 for one in of.values())],
     )
 
 

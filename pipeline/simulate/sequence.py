@@ -16,28 +16,14 @@ from dockpose.simulate.scene import Scene, Truth, dock_rotation, random_stream
 
 
 class Motion(Part, frozen=True, kw_only=True, tag_field="kind"):
-    """What all motions share.
-
-    Parameters
-    ----------
-    frames, rate_hz : int and float, hertz
-        Number of frames, and frames per second.
-    drift_m, drift_deg : float, metres and degrees
-        Standard deviations, over many sequences, of the drift and rotation by currents along and about each axis.
-    drift_time_s : float, seconds
-        Shortest period of the drift.
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite or out of range.
-    """
+    """What all motions share."""
 
     frames: int = 100
     rate_hz: float = 10.0
+    # Standard deviations, over many sequences, of the drift and rotation by currents along and about each axis.
     drift_m: float = 0.0
     drift_deg: float = 0.0
-    drift_time_s: float = 4.0
+    drift_time_s: float = 4.0  # shortest period of the drift
 
     _above_0 = ("rate_hz", "drift_time_s")
 
@@ -47,13 +33,7 @@ class Motion(Part, frozen=True, kw_only=True, tag_field="kind"):
 
 
 class Approach(Motion, frozen=True, kw_only=True, tag="approach"):
-    """The distance ahead (z) falls evenly from ``start_m`` to ``end_m``; the dock keeps its place in the picture.
-
-    Parameters
-    ----------
-    start_m, end_m : float, metres
-        Distance in the first and the last frame, above 0.
-    """
+    """The distance ahead (z) falls evenly from ``start_m`` to ``end_m``; the dock keeps its place in the picture."""
 
     start_m: float = 20.0
     end_m: float = 1.0
@@ -62,18 +42,10 @@ class Approach(Motion, frozen=True, kw_only=True, tag="approach"):
 
 
 class Sweep(Motion, frozen=True, kw_only=True, tag="sweep"):
-    """The dock passes at constant speed, from one side of its position in the scene to the other.
+    """The dock passes at constant speed, from one side of its position in the scene to the other."""
 
-    Parameters
-    ----------
-    reach_m : float, metres
-        How far it goes to either side.
-    angle_deg : float, degrees
-        Direction in the picture, from the x axis towards y.
-    """
-
-    reach_m: float = 1.0
-    angle_deg: float = 0.0
+    reach_m: float = 1.0  # how far it goes to either side
+    angle_deg: float = 0.0  # direction in the picture, from the x axis towards y
 
 
 class Hover(Motion, frozen=True, kw_only=True, tag="hover"):
@@ -84,19 +56,11 @@ class Hover(Motion, frozen=True, kw_only=True, tag="hover"):
 
 
 class ClosedLoop(Motion, frozen=True, kw_only=True, tag="closed_loop"):
-    """The vehicle moves onto the dock's axis as an estimator sees it, turns towards the dock, and closes in.
+    """The vehicle moves onto the dock's axis as an estimator sees it, turns towards the dock, and closes in."""
 
-    Parameters
-    ----------
-    end_m : float, metres
-        Distance at which it stops.
-    speed_m_per_s, turn_deg_per_s : float, metres and degrees per second
-        Top speed and top turn rate.
-    """
-
-    end_m: float = 1.0
-    speed_m_per_s: float = 0.3
-    turn_deg_per_s: float = 20.0
+    end_m: float = 1.0  # distance at which it stops
+    speed_m_per_s: float = 0.3  # at most
+    turn_deg_per_s: float = 20.0  # at most
 
     _above_0 = (*Motion._above_0, "end_m")
 
@@ -139,30 +103,14 @@ class FilmPlan(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class RenderedFrame:
-    """One frame of a sequence.
+    """One frame of a sequence."""
 
-    Attributes
-    ----------
-    number : int
-        Counted from 1.
-    time_s : float, seconds
-        Time since the first frame.
-    scene : Scene
-        What it shows, with its own pose and seed.
-    image : (H, W) or (H, W, 3) BGR array, uint8 or uint16
-        The picture.
-    truth : Truth
-        The truth.
-    observed : CirclePose or None
-        What the estimator of a closed loop reported; None elsewhere, and where it found nothing.
-    """
-
-    number: int
-    time_s: float
-    scene: Scene
-    image: np.ndarray
+    number: int  # from 1
+    time_s: float  # since the first frame
+    scene: Scene  # what it shows, with its own pose and seed
+    image: np.ndarray  # (H, W) or (H, W, 3) BGR, uint8 or uint16
     truth: Truth
-    observed: CirclePose | None = None
+    observed: CirclePose | None = None  # what the estimator of a closed loop reported, if it found anything
 
 
 def film(sequence: FilmPlan, observe: Observe | None = None) -> Iterator[RenderedFrame]:
@@ -179,7 +127,8 @@ def film(sequence: FilmPlan, observe: Observe | None = None) -> Iterator[Rendere
     Yields
     ------
     RenderedFrame
-        One frame after another.
+        One frame after another: ``number``, from 1, ``time_s``, ``scene``, ``image`` and ``truth``, and what the
+        estimator of a closed loop ``observed``.
 
     Raises
     ------

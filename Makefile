@@ -116,7 +116,7 @@ mutants: $(VENV)/.extra
 
 # Renders every scene of sample_images/ again from its YAML.
 samples: $(VENV)/.installed
-	$(BIN)/python -c "from dockpose.simulate.files import render_folder; render_folder('sample_images')"
+	$(BIN)/python -c "from tests.support.scenes import render_folder; render_folder('sample_images')"
 
 # Makes docs/paper.md and the study's advice that the page's help shows: some ten minutes.
 report: $(VENV)/.installed

@@ -104,18 +104,14 @@ class Picture:
         return self.hats.level + int(above[0]) if len(above) else LEVELS - 1
 
 
-def centres(points_px: np.ndarray, ellipse: Ellipse, pose: CirclePose) -> np.ndarray:
-    """The dock's centre (3, 2) by mass moment, ellipse and pose, from lights (N, 2) in the undistorted picture."""
-    return np.array([points_px.mean(axis=0), ellipse.centre_px, pose.centre_px])
-
-
 def centre_errors_px(found: Estimate, centre_px: np.ndarray) -> np.ndarray:
-    """Distance (3,) in pixels of each of :func:`centres` from the dock's centre (2,) (Fig. 14 of the paper)."""
+    """Distance (3,) in pixels of mass moment, ellipse's and pose's centre from the dock's (2,) (the paper's Fig. 14)."""
     if found.selected is None or found.ellipse is None or found.markers is None or found.ring is None:
         return np.full(3, np.nan)
     points = found.markers.points_px[found.ring.on_ring]
     undistorted = found.camera.virtual_pixels(points, float(found.selected.position_m[2]))
-    return np.linalg.norm(centres(undistorted, found.ellipse, found.selected) - centre_px, axis=1)
+    centres = np.array([undistorted.mean(axis=0), found.ellipse.centre_px, found.selected.centre_px])
+    return np.linalg.norm(centres - centre_px, axis=1)
 
 
 def two_levels(first: Picture, pictures: int) -> tuple[tuple[int, int], np.ndarray, np.ndarray]:

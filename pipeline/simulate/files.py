@@ -88,11 +88,3 @@ def truth_row(frame: RenderedFrame) -> dict[str, Any]:
         *(int(frame.truth.visible.sum()), x_px, y_px),
     )
     return dict(zip(TRUTH_COLUMNS, values, strict=True))
-
-
-def render_folder(folder: str | Path) -> list[str]:
-    """Render every scene file NAME.yaml of a folder again; return their names."""
-    paths = sorted(Path(folder).glob("*.yaml"))
-    for path in paths:
-        save_scene(load_scene(path), folder, path.stem)
-    return [path.stem for path in paths]

@@ -1,9 +1,12 @@
 """Scenes drawn at random, for tests that must hold for any of them."""
 
+from pathlib import Path
+
 import msgspec
 import numpy as np
 from dockpose import Camera, Dock
 from dockpose.simulate import Lights, Pose, Scene, Sensor
+from dockpose.simulate.files import load_scene, save_scene
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background
 
@@ -47,3 +50,11 @@ def near(image: np.ndarray, point: object, reach: int = 3) -> np.ndarray:
     """The pixels around a point of the picture."""
     x, y = np.rint(np.asarray(point)).astype(int)
     return image[y - reach : y + reach + 1, x - reach : x + reach + 1]
+
+
+def render_folder(folder: str | Path) -> list[str]:
+    """Render every scene file NAME.yaml of a folder again; return their names."""
+    paths = sorted(Path(folder).glob("*.yaml"))
+    for path in paths:
+        save_scene(load_scene(path), folder, path.stem)
+    return [path.stem for path in paths]

@@ -10,10 +10,10 @@ from dockpose.app.inputs.pictures import expand, save_dock
 from dockpose.app.web.panels.source import SAMPLE_WORDS
 from dockpose.camera.files import load_camera
 from dockpose.sidecar import load_dock, sample_names, samples_folder
-from dockpose.simulate.files import render_folder
 from dockpose.sources import SourceError
 
 from tests.support.docks import CAMERA, uneven
+from tests.support.scenes import render_folder
 
 MOST_BYTES = 3_000_000
 

@@ -10,12 +10,12 @@ import pytest
 from dockpose import Dock
 from dockpose.files import FileError, to_yaml
 from dockpose.simulate import Lights, Pose, Sensor, load_scene, render
-from dockpose.simulate.files import render_folder, save_scene
+from dockpose.simulate.files import save_scene
 from dockpose.simulate.optics.psf import Psf, point_spread
 from dockpose.simulate.optics.water import Water, preset, water_of_turbidity
 from dockpose.simulate.parts import Background, Lamp, Mirror, Panel, Snow
 
-from tests.support.scenes import PLAIN, QUIET, changed, random_scene
+from tests.support.scenes import PLAIN, QUIET, changed, random_scene, render_folder
 
 
 @pytest.mark.parametrize(

@@ -105,7 +105,7 @@ class Picture:
 
 
 def centre_errors_px(found: Estimate, centre_px: np.ndarray) -> np.ndarray:
-    """Distance (3,) in pixels of mass moment, ellipse's and pose's centre from the dock's (2,) (the paper's Fig. 14)."""
+    """Distance (3,) in pixels of mass moment, ellipse's and pose's centre from the dock's (2,) (Fig. 14)."""
     if found.selected is None or found.ellipse is None or found.markers is None or found.ring is None:
         return np.full(3, np.nan)
     points = found.markers.points_px[found.ring.on_ring]

@@ -78,7 +78,7 @@ def _ring_in(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock
         return find_ring(points_px, markers, camera, dock, area_px2, kind)
     ring = find_ring(points_px[whole], markers.part(whole), camera, dock, area_px2, kind)
     on_ring, rivals = _among_all(ring.on_ring, whole), tuple(_among_all(rival, whole) for rival in ring.rivals)
-    if ring.found and not rivals and len(markers) - on_ring.sum() >= MIN_POINTS:
+    if ring.found and not rivals:
         # Nobody measures by another ring, so of that the edge may cut some lights.
         other = find_ring(points_px[~on_ring], markers.part(~on_ring), camera, dock, area_px2)
         rivals = tuple(_among_all(rival, ~on_ring) for rival in ((other.on_ring,) if other.found else other.rivals[:1]))

@@ -18,9 +18,13 @@ from hypothesis import Phase, settings
 
 from tests.bench.mutants.changes import PACKAGES, Mutated
 
+# Of other rooms those that see whole pictures, frames or drawings, and are quick.
+_WIDER = ("pipeline/study", "pipeline/paper", "pipeline/test_guidance.py", "app/drawing", "app/processing")
+_SMALL = "tests/pipeline/test_estimate_turned.py"  # whole pictures so small that loops as plain Python do
 _WHOLE = sorted(str(path) for path in Path("tests/pipeline").glob("test_estimate*.py"))
 # Processor time: a test that takes longer is left out; loops that are plain Python take a hundred times as long.
 _LONGEST_S = {"code": 8.0, "loops": 3.0}
+_COMPILING_S = 60.0  # besides, where a loop may have to be compiled
 _LOADED = "-Wignore:Module already imported"  # by the process before it forked
 _OPTIONS = ("-q", "-m", "not slow and not extra", "-p", "no:cacheprovider", "-p", "no:xdist", "--tb=no", _LOADED)
 _PROFILE = "mutants"
@@ -63,16 +67,23 @@ def load_libraries() -> None:
 
 
 def run_clean(kind: str, packages: Iterable[str]) -> None:
-    """Run the tests of packages, and keep how long each takes and which lines it runs."""
+    """Run the tests of packages, and keep how long each takes, once all is compiled, and which lines it runs."""
     _settle(kind)
+    longest_s, compiling_s = _LONGEST_S[kind], _COMPILING_S if kind == "code" else 0.0
     follow = coverage.Coverage(
         data_file=None, config_file=False, include=[f"{Path.cwd()}/pipeline/{name}/*" for name in PACKAGES]
     )
-    limits = _Limits({}, _LONGEST_S[kind], follow)
+    limits = _Limits({}, longest_s + compiling_s, follow)
     follow.start()
-    tests = [f"tests/pipeline/{name}" for name in packages] + (_WHOLE if kind == "code" else [])
+    wider = [*_WHOLE, *(f"tests/{name}" for name in _WIDER)] if kind == "code" else [_SMALL]
+    tests = [*(f"tests/pipeline/{name}" for name in packages), *wider]
     pytest.main([*tests, *_OPTIONS, f"--hypothesis-profile={_PROFILE}"], plugins=[limits])
     follow.stop()
+    if slow := [test for test, took_s in limits.took_s.items() if took_s > longest_s]:
+        again = _Limits({}, longest_s)
+        pytest.main([*slow, *_OPTIONS, f"--hypothesis-profile={_PROFILE}"], plugins=[again])
+        limits.took_s |= again.took_s
+        limits.failed |= again.failed
     data = follow.get_data()
     contexts = {
         Path(file).relative_to(Path.cwd().resolve()).as_posix(): {
@@ -88,7 +99,8 @@ def run_on(kind: str, file: str, text: str, tests: dict[str, float]) -> None:
     """Run tests, until one fails, with another text for one file; exits as pytest does."""
     _settle(kind)
     sys.meta_path.insert(0, Mutated(Path.cwd() / file, text))
-    limits = _Limits({test: 10 + 4 * took_s for test, took_s in tests.items()}, _LONGEST_S[kind])
+    more_s = 10 + _COMPILING_S * (kind == "code")
+    limits = _Limits({test: more_s + 4 * took_s for test, took_s in tests.items()}, _LONGEST_S[kind])
     if not tests:
         return
     sys.exit(pytest.main([*tests, "-x", *_OPTIONS, f"--hypothesis-profile={_PROFILE}"], plugins=[limits]))

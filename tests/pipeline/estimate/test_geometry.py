@@ -1,6 +1,10 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
-from dockpose.estimate.geometry import outside
+from dockpose import Camera, Dock
+from dockpose.estimate.geometry import outside, pose_lines
+from dockpose.pose.circle import CirclePose
 
 LINE = np.array([[0.0, 0.0], [10.0, 0.0]])
 
@@ -35,3 +39,20 @@ def test_a_line_with_corners_is_one_piece_up_to_the_circle():
 @pytest.mark.parametrize("gone", [[np.nan, 0], [np.inf, 0]])
 def test_what_is_behind_the_camera_is_not_drawn(gone):
     assert pieces([[0, 0], [1, 0], gone, [3, 0], [4, 0]], (100, 100, 1)) == [[[0, 0], [1, 0]], [[3, 0], [4, 0]]]
+
+
+def test_a_poses_lines_are_its_circle_two_diameters_and_its_normal():
+    """Square on in the middle, at 1 m: the normal comes towards the camera, and is seen as a point."""
+    camera, dock = Camera(700.0, 700.0, 320.0, 240.0, 641, 481), Dock(0.30, 10)
+    for tilt_rad in (0.0, 0.4):
+        normal = np.array([-np.sin(tilt_rad), 0.0, -np.cos(tilt_rad)])
+        pose = CirclePose.at(np.array([0.0, 0.0, 1.0]), normal, camera)
+        circle, (one, other), (start, end) = pose_lines(pose, SimpleNamespace(camera=camera, dock=dock))
+        ends_m = 0.15 * np.array([np.cos(tilt_rad), 0, -np.sin(tilt_rad)])
+        on_x = [camera.project([[0, 0, 1] + side * ends_m])[0] for side in (-1, 1)]
+        np.testing.assert_allclose(np.sort(one[:, 0]), np.sort([u for u, _ in on_x]), atol=1e-9)
+        np.testing.assert_allclose(np.sort(other[:, 1]), [240 - 105, 240 + 105], atol=1e-9)
+        np.testing.assert_allclose(circle.min(axis=0)[1], 240 - 105, atol=0.2)
+        np.testing.assert_allclose(start, [320, 240], atol=1e-9)
+        towards = camera.project([np.array([0.0, 0.0, 1.0]) + 0.05 * normal])[0] - start
+        assert np.sign(np.round(end - start, 9)).tolist() == np.sign(np.round(towards, 9)).tolist()

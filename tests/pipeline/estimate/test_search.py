@@ -7,6 +7,8 @@ from dockpose.estimate.found import Found
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
+from dockpose.pose.choice import Choice
+from dockpose.pose.circle import CirclePose
 
 ANGLES = np.radians([0, 62, 117, 183, 240, 297])
 
@@ -43,6 +45,37 @@ def test_centres_that_are_worse_known_are_no_better_for_being_nearer_to_even(oth
 
 def test_a_look_with_a_light_off_the_rim_does_not_hold_out_against_one_with_all_on_it():
     assert not look(4.0, 0.1).has_better_centres_than(look(0.0, 3.0))
+
+
+@pytest.mark.parametrize(
+    ("lights", "beside", "leaves"),
+    [
+        (6, (400.0, 322.0), False),  # the ring is whole
+        (7, (400.0, 322.0), True),  # 3 px off the rim
+        (7, (340.0, 322.0), False),  # well within it
+    ],
+)
+def test_a_ring_that_lacks_lights_leaves_those_along_its_rim(lights, beside, leaves):
+    found = look()
+    points = np.vstack([found.stages["markers"].points_px, [beside]])
+    on_ring = np.array([True] * 6 + [False])
+    shown = np.full(7, 100)
+    markers = Markers(points, shown, shown, cut=np.zeros(7, dtype=bool))
+    ring = Ring(on_ring, "", lights=lights)
+    assert Found("ok", "", found.stages | {"markers": markers, "ring": ring}).leaves_lights == leaves
+    cut = Markers(points, shown, shown, cut=~on_ring)
+    assert not Found("ok", "", found.stages | {"markers": cut, "ring": ring}).leaves_lights
+
+
+@pytest.mark.parametrize(
+    ("rms_px", "lights", "log_chance", "is_exact"),
+    [(0.1, 6, -60.0, True), (9.0, 6, -60.0, False), (0.1, 12, -60.0, False), (0.1, 6, 0.0, False)],
+)
+def test_a_ring_is_exact_where_nearly_all_lights_are_in_their_places(rms_px, lights, log_chance, is_exact):
+    pose = CirclePose(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]), np.zeros(2), rms_px=rms_px)
+    ring = Ring(np.ones(6, dtype=bool), "", lights=lights)
+    stages = look().stages | {"choice": Choice((pose, pose), 0, "spacing", None), "ring": ring}
+    assert Found("ok", "", stages, log_chance).is_exact() == is_exact
 
 
 def drawn(lights: int, told: int, off: float = 0.0, seed: int = 0) -> Estimate:

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from dockpose.lights.centroids import (
     _median,
+    _rise,
     brightest,
     is_nearest,
     median_along_edge,
@@ -94,3 +95,17 @@ def test_water_that_does_not_go_on_rising_is_a_lights_own_flank():
 def test_each_pixel_counts_for_the_nearest_light():
     grey = 30 + disc(15, 20) + disc(26, 20)
     np.testing.assert_allclose(centre_of(grey, [(15, 20), (26, 20)]), [[15, 20], [26, 20]], atol=0.05)
+
+
+def test_a_rise_beyond_noise_is_told_and_noise_is_none():
+    """Of two edges of 20 and 12 pixels, in noise s, medians differ by s sqrt(pi / 2 (1 / 20 + 1 / 12)) by chance."""
+    rng, noise = np.random.default_rng(3), 4.0
+    by_chance = noise * np.sqrt(np.pi / 2 * (1 / 20 + 1 / 12))
+    rises = np.array([_rise(rng.normal(0, noise, 20), rng.normal(0, noise, 12)) for _ in range(300)])
+    # A rise r is taken for r^3 / (r^2 + s^2): of normal r by its moments .58 of its size.
+    size = np.sqrt(np.mean(rises**2)) / by_chance
+    r = rng.normal(0, 1, 100_000)
+    assert size == pytest.approx(np.sqrt(np.mean((r**3 / (r**2 + 1)) ** 2)), rel=0.25)
+    steep = [_rise(rng.normal(0, noise, 20), rng.normal(40, noise, 12)) for _ in range(50)]
+    assert np.mean(steep) == pytest.approx(40, rel=0.05)
+    assert _rise(np.full(5, 7.0), np.full(9, 12.0)) == 5

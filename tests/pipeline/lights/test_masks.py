@@ -10,6 +10,7 @@ import pytest
 from dockpose import Camera, Settings, estimate
 from dockpose.lights.markers import Markers
 from dockpose.lights.masks import LEAST_FRAMES, StillGroups, hidden_pixels, hide
+from dockpose.lights.motion import Paths
 from dockpose.simulate import FilmPlan, Hover, Lights, Pose, Scene, film, render
 from dockpose.simulate.parts import Background, Snow, Text
 from dockpose.thresholds import METHODS, histogram_of
@@ -323,3 +324,14 @@ def test_a_dock_that_hovers_on_the_spot_in_snow_is_not_masked():
 def test_a_sequence_that_stands_still_masks_nothing():
     masks, _ = filmed(Hover(frames=12, drift_m=0.0, drift_deg=0.0), texts=TEXTS)
     assert masks == ()
+
+
+def test_a_group_is_followed_over_more_than_its_stride_if_step_by_step():
+    paths, rng = Paths(), np.random.default_rng(2)
+    places, motion = rng.uniform(0, 600, (12, 2)), None
+    for frame in range(10):
+        motion = paths.see(places + [12.0 * frame, -5.0 * frame])
+    np.testing.assert_allclose(paths.ends_px(), places + [108.0, -45.0])
+    assert motion is not None
+    assert motion.turn == pytest.approx(1.0)
+    assert motion.shift == pytest.approx(complex(96, -40))  # over eight frames

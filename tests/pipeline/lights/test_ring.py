@@ -351,3 +351,17 @@ def test_a_ring_of_another_number_of_lights_is_not_one_whose_lights_run_together
     for count in (13, 15, 17, 19):
         points = np.vstack([lights(count), [[100.0, 400.0], [500.0, 60.0], [560.0, 300.0]]])
         assert not ring_of(points, 20).found, count
+
+
+def test_a_nearer_ring_of_which_half_is_seen_does_not_pass_for_the_dock():
+    half, whole = lights(z_m=1.0, centre=(-0.25, 0.0), missing=(1, 3, 4, 6, 8)), lights(z_m=1.3, centre=(0.25, 0.0))
+    ring = ring_of(np.vstack([half, whole]))
+    assert np.flatnonzero(ring.on_ring).tolist() == list(range(5, 15))
+
+
+@pytest.mark.parametrize(("others", "words"), [(1, "A second ring is in view."), (2, "2 more rings are in view.")])
+def test_how_many_more_rings_are_in_view_is_said(others, words):
+    docks = [lights(z_m=2.0, centre=(x, 0.0)) for x in (-0.5, 0.0, 0.5)[: others + 1]]
+    reason = ring_of(np.vstack(docks)).reason
+    count = 10 * others
+    assert reason == f"10 of {10 + count} groups lie on one ring; the other {count} do not. {words}"

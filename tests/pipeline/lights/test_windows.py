@@ -105,3 +105,10 @@ def test_what_another_look_shows_takes_the_place_of_chosen_lights():
     both = one.chosen(np.array([False, True]), other)
     np.testing.assert_array_equal(both.peaks, [80, 110])
     np.testing.assert_allclose(both.points_px, [[40, 30], [20, 20]])
+
+
+def test_a_light_dimmer_than_the_flank_of_another_is_found_and_not_the_flank():
+    # Where the window ends, three widths and a half from the other, that one still has 97 levels: more than this light.
+    for u, v in ((52.0, 30.0), (28.0, 30.0), (40.0, 42.0), (40.0, 18.0)):
+        found = spots(drawn((40, 30, 60, 1.5), (u, v, 200, 4.0)), (40, 30), far=7)
+        np.testing.assert_allclose(found.peaks, 80, atol=4)

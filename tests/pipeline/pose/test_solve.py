@@ -10,7 +10,7 @@ from dockpose import Camera, Dock
 from dockpose.camera.port import FlatPort
 from dockpose.lights.ellipse import NoEllipseError
 from dockpose.pose.circle import rotation_from_angles
-from dockpose.pose.solve import find_poses
+from dockpose.pose.solve import both_poses, find_poses
 
 from tests.support.scenes import CAMERA
 
@@ -111,3 +111,14 @@ def test_five_points_anywhere_give_numbers_or_a_named_error(seed):
         numbers += [*pose.position_m, *pose.normal, *pose.sigma_position_m, *pose.sigma_theta_rad, pose.rms_px]
         numbers += [*pose.centre_px, pose.probability]
     assert np.isfinite(numbers).all()
+
+
+@pytest.mark.parametrize("camera", [CAMERA, IN_AIR, BEHIND_ALL])
+@pytest.mark.parametrize("position", [(0.1, -0.05, 0.45), (0.3, 0.1, 1.2)])
+def test_of_a_whole_circle_one_pose_by_its_ellipse_alone_is_exact_behind_a_port_too(camera, position):
+    points, normal = seen(camera, position, 0.3, -0.4, Dock(0.30, 40))
+    poses = both_poses(points, camera, DOCK)[1]
+    pose = max(poses, key=lambda pose: float(pose.normal @ normal))
+    # What a port bends is no ellipse: in 3 cm of air before it by some 1e-4 of the range.
+    np.testing.assert_allclose(pose.position_m, position, atol=1e-9 if camera.port is None else 2e-4)
+    np.testing.assert_allclose(pose.normal, normal, atol=1e-9 if camera.port is None else 1e-3)

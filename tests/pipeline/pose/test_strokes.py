@@ -1,6 +1,11 @@
+import cv2
 import numpy as np
 import pytest
-from dockpose.pose.strokes import _as_bright_between, _beside, _goes_on_somewhere, _light_at
+from dockpose import Camera, Dock
+from dockpose.lights.markers import Markers
+from dockpose.lights.ring import Ring
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.strokes import _as_bright_between, _beside, _goes_on_somewhere, _light_at, reason_not_lamps
 
 EVEN = np.full(8, 0.5)
 
@@ -50,3 +55,43 @@ def test_places_go_on_where_most_are_as_bright_in_some_direction():
     # One of three on a line is not most.
     one = lamps | ((np.abs(y - 40) <= 4) & (x > 105))
     assert not _goes_on_somewhere((200 * one + 20).astype(np.uint8), middles, 4.0)
+
+
+# What is drawn at and between ten places on a circle of 70 px that is seen square on, in light of 220 on 20.
+CAMERA, DOCK = Camera(280.0, 280.0, 160.0, 120.0, 321, 241), Dock(0.30, 10)
+AT = 2 * np.pi * np.arange(10) / 10 + 0.1
+OUT = np.column_stack([np.cos(AT), np.sin(AT)])
+PLACES, LAMP_PX = 70 * OUT + [160, 120], 5
+
+
+def painted(kind):
+    image = np.full((241, 321), 20, np.uint8)
+    if kind == "hoop":
+        cv2.circle(image, (160, 120), 70, 220, 2 * LAMP_PX, cv2.LINE_AA)
+    if kind == "thin hoop with lamps":
+        cv2.circle(image, (160, 120), 70, 220, 3, cv2.LINE_AA)
+    for place, out in zip(PLACES, OUT, strict=True):
+        ends = {"spokes": (-70, 0), "bars": (-16, 16), "long lamps": (-8, 8)}.get(kind, (0, 0))
+        one, other = (tuple(np.rint(place + end * out).astype(int).tolist()) for end in ends)
+        cv2.line(image, one, other, 220, 2 * LAMP_PX, cv2.LINE_AA)
+    return cv2.GaussianBlur(image, (0, 0), 1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "rms_px", "words"),
+    [
+        ("lamps", 0.1, None),
+        ("lamps", 9.0, None),
+        ("long lamps", 9.0, None),
+        ("thin hoop with lamps", 9.0, None),
+        ("hoop", 0.1, "a hoop or strips, not lights"),
+        ("spokes", 0.1, "the ends of lines, not lights"),
+        ("bars", 9.0, "parts of lines, not lights"),
+        ("bars", 0.1, None),  # in their places, where parts of lines lie by chance alone
+    ],
+)
+def test_lamps_are_told_from_hoops_spokes_and_bars(kind, rms_px, words):
+    pose = CirclePose(np.array([0.0, 0.0, 0.6]), np.array([0.0, 0.0, -1.0]), np.array([160.0, 120.0]), rms_px=rms_px)
+    markers = Markers(PLACES, np.full(10, round(np.pi * LAMP_PX**2)), np.full(10, 220))
+    reason = reason_not_lamps(painted(kind), (0, 0), Ring(np.ones(10, dtype=bool), ""), markers, pose, CAMERA, DOCK)
+    assert reason is None if words is None else words in str(reason)

@@ -11,8 +11,9 @@ from dockpose.camera.port import FlatPort
 from dockpose.camera.sigma import errors_of, moved
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.refine import light_rays
 from dockpose.pose.solve import find_poses
-from dockpose.pose.uncertainty import PARTS, PoseErrors, _prior_noise_px, _quantile, log_evidence
+from dockpose.pose.uncertainty import PARTS, PoseErrors, SharedErrors, _prior_noise_px, _quantile, log_evidence
 from dockpose.study.judge import nearest, signed_errors
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
@@ -172,6 +173,13 @@ def test_lamps_behind_the_rim_put_the_dock_before_them(lights, normal):
     poses = find_poses(points, PINHOLE, told)[1].candidates
     nearest_m = min(np.linalg.norm(pose.position_m - [0.1, -0.05, 1.2]) for pose in poses)
     assert nearest_m < 1e-6
+
+
+def test_where_lights_are_on_a_dock_whose_number_is_not_known_follows_from_their_images():
+    deep, R, place_m = Dock(0.30, 7, lamp_depth_m=0.03), rotation_from_angles(0.4, -0.5), np.array([0.1, -0.05, 1.2])
+    rays = light_rays(seen(PINHOLE, deep, place_m, np.degrees([0.4, -0.5])), PINHOLE)
+    shared = SharedErrors(PINHOLE, msgspec.structs.replace(deep, lights=None), place_m, rays)
+    np.testing.assert_allclose(shared._lights_m(R), deep.light_points(), atol=1e-9)  # pyright: ignore[reportPrivateUsage]
 
 
 def test_a_depth_that_is_not_known_goes_in_along_the_normal():

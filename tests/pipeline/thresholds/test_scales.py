@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from dockpose.thresholds import histogram_of
 from dockpose.thresholds.outlines import by_outlines
-from dockpose.thresholds.scales import at_scales
+from dockpose.thresholds.scales import _are_round, at_scales
 
 PLACES = np.array([[120, 100], [300, 90], [470, 160], [200, 330], [420, 360]])
 
@@ -89,3 +89,31 @@ def test_masked_pixels_have_no_lights():
     found = list(at_scales(histogram_of(np.where(counted > 0, image, 0).astype(np.uint8), counted), 4))
     assert found
     assert all(shapes_of(one).moments[:, 1].min() > 200 for one in found)
+
+
+@pytest.mark.parametrize(("along", "is_round"), [(1.0, True), (1.5, True), (2.6, True), (3.8, False), (20.0, False)])
+@pytest.mark.parametrize("turn_rad", [0.0, 0.6, np.pi / 2])
+@pytest.mark.parametrize("height", [0.5, 200.0])
+def test_peaks_are_round_and_ridges_are_not_however_high(along, is_round, turn_rad, height):
+    # A Gaussian's curvatures are as the squares of its widths: up to 1 : 10 it is round, as Lowe has it.
+    y, x = np.mgrid[-6:7, -6:7].astype(float)
+    u, v = x * np.cos(turn_rad) + y * np.sin(turn_rad), y * np.cos(turn_rad) - x * np.sin(turn_rad)
+    response = height * np.exp(-(u**2 / along**2 + v**2) / 2 / 3**2)
+    assert _are_round(response, np.array([6]), np.array([6])).tolist() == [is_round]
+
+
+def test_of_too_many_peaks_of_one_scale_the_clearest_are_kept():
+    y, x = np.mgrid[:480, :640]
+    places = [(u, v) for u in range(30, 620, 60) for v in range(30, 460, 50)]  # 90
+    heights = 12.0 + np.arange(len(places))
+    image = np.full((480, 640), 30.0)
+    for (u, v), height in zip(places, heights, strict=True):
+        image[v - 9 : v + 10, u - 9 : u + 10] += height * np.exp(
+            -((x[:19, :19] - 9) ** 2 + (y[:19, :19] - 9) ** 2) / (2 * 2.0**2)
+        )
+    noisy = np.clip(np.rint(image + np.random.default_rng(1).normal(0, 1, image.shape)), 0, 255).astype(np.uint8)
+    for found in centres(noisy):
+        nearest = np.linalg.norm(found[:, None] - np.array(places), axis=2).argmin(axis=1)
+        assert len(found) <= 60
+        if len(found) == 60:
+            assert np.sort(nearest)[:25].min() >= 20  # of 30 that go, by noise and pixels some of the next

@@ -10,6 +10,7 @@ from dockpose.simulate import Approach, FilmPlan, film, render
 from dockpose.tracking.search import BLOCK, Search
 
 from tests.support.scenes import CAMERA, DOCK, random_scene
+from tests.support.two_docks import drawn, lights_m
 
 FIRST = BLOCK - 8  # so that a few frames reach over the end of a block
 
@@ -99,6 +100,39 @@ def test_what_is_of_another_size_than_its_light_is_not_followed():
     assert (found.found_by, found.lights_on_ring) == ("following", 9)
 
 
+def test_a_picture_that_jumps_is_followed_to_where_it_went_and_its_other_ring_with_it():
+    # Farther than lights are sought from their places, and no farther than a vehicle may shake the camera.
+    docks = [(lights_m(np.array([x, 0.0, 2.0]), (0.2, 0.3)), 150, 0.004) for x in (-0.35, 0.35)]
+    image, search, jump = drawn(docks, 0), Search(CAMERA, DOCK), (14, -11)
+    before = search.see(image, 0, 0.0, Settings())
+    now = search.see(np.roll(image, jump[::-1], axis=(0, 1)), 1, 0.1, Settings())
+    assert (now.found_by, now.lights_on_ring, len(now.ring.rivals)) == ("following", 10, 1)
+    for one, other in ((before.ring.on_ring, now.ring.on_ring), (before.ring.rivals[0], now.ring.rivals[0])):
+        assert other.sum() == 10
+        apart = np.linalg.norm((before.markers.points_px[one] + jump)[:, None] - now.markers.points_px[other], axis=2)
+        assert apart.min(axis=1).max() < 0.05
+
+
+def test_lights_that_come_nearer_grow_as_what_a_search_finds():
+    search = Search(CAMERA, DOCK)
+    found = [
+        search.see(drawn([(lights_m(np.array([0.0, 0.0, z_m]), (0.2, 0.3)), 150, 0.008)], 0), n, n / 10, Settings())
+        for n, z_m in enumerate((1.10, 1.04, 0.98, 0.93))
+    ]
+    assert [each.found_by for each in found] == ["search"] + ["following"] * 3
+    areas = [float(np.median(each.markers.areas_px[each.ring.on_ring])) for each in found]
+    assert areas[3] / areas[0] == pytest.approx((1.10 / 0.93) ** 2, rel=0.12)  # all pixels of blurred lamps
+
+
+def test_beside_following_a_live_source_is_not_searched_again_at_once(course, monkeypatch):
+    monkeypatch.setattr("dockpose.tracking.search._BESIDE_S", 1e9)
+    search = Search(CAMERA, DOCK, is_live=True)
+    for number in range(2):
+        found = search.see(course[number].image, number, course[number].time_s, Settings())
+    assert found.found_by == "following"
+    assert search._beside is None  # pyright: ignore[reportPrivateUsage]
+
+
 def test_other_settings_are_a_reason_to_search(course):
     search = Search(CAMERA, DOCK)
     search.see(course[0].image, 0, 0.0, Settings())
@@ -120,6 +154,9 @@ def test_of_a_live_source_another_ring_is_noticed_beside_following(course, monke
     search.see(course[3].image, 3, course[3].time_s, Settings())
     search._beside.join()  # pyright: ignore[reportPrivateUsage]
     assert search.see(course[4].image, 4, course[4].time_s, Settings()) is elsewhere
+    monkeypatch.undo()
+    search.see(course[5].image, 5, course[5].time_s, Settings())
+    assert search.see(course[6].image, 6, course[6].time_s, Settings()).found_by == "following"
 
 
 def test_a_ring_that_may_be_no_dock_is_searched_again_until_it_is_sure(course, monkeypatch):

@@ -236,6 +236,24 @@ def test_without_times_frames_are_a_tenth_of_a_second_apart_and_a_film_that_star
     assert [timed.follow(found, time_s).track.age for time_s in (1.2, 0, 1)] == [13, 1, 2]
 
 
+def test_a_time_that_comes_after_a_frame_without_one_goes_on_from_the_beginning():
+    tracker, found = Tracker(CAMERA, DOCK), shown((0.1, 0.0, 1.5), facing(10, 20))
+    assert [tracker.follow(found, time_s).track.age for time_s in (None, 0.5, None, 0.8, 0.7)] == [1, 2, 3, 4, 1]
+
+
+def test_a_tracks_json_has_what_it_predicted_and_what_it_made_of_the_frame():
+    tracker = Tracker(CAMERA, DOCK)
+    first, second = (
+        tracker.follow(shown((0.1, 0.0, z_m), facing(10, 20)), time_s).to_dict()
+        for z_m, time_s in ((1.5, 0.0), (1.4, 0.1))
+    )
+    assert first["predicted"] is None
+    # What was at rest is predicted where it was; what is seen lies nearer to where it is now.
+    assert second["predicted"]["position_m"][2] == pytest.approx(1.5, abs=5e-3)
+    assert second["filtered"]["position_m"][2] == pytest.approx(1.4, abs=0.03)
+    assert first["filtered"]["position_m"][2] == pytest.approx(1.5, abs=5e-3)
+
+
 def test_a_dock_that_turns_through_square_on_is_followed():
     # The poses coincide on the way; by their motion each goes on to the other side. Then the spacing has the last word.
     tracker = Tracker(CAMERA, DOCK)

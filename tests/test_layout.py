@@ -32,6 +32,7 @@ OF_SEVERAL = {
     "pipeline/test_doctests.py",
     "pipeline/test_estimate_lights.py",
     "pipeline/test_estimate_told.py",
+    "pipeline/test_estimate_turned.py",
     "pipeline/test_estimate_variety.py",
     "pipeline/test_typing.py",
     "pipeline/thresholds/test_thresholds.py",

@@ -49,7 +49,7 @@ def judged(
     number = dock.lights if other is not None else dock.lights or choice.number
     numbered = msgspec.structs.replace(dock, lights=number)
     log_chance = log_chance_of_ring(ring, markers, ellipse, choice, camera, numbered, area_px2)
-    reason = why_no_dock(ring, markers, ellipse, choice, camera, numbered, log_chance)
+    reason = why_no_dock(ring, markers, choice, camera, numbered, log_chance)
     if reason is None and other is None:
         other = other_focal_px(lights.points_px, camera, dock, ellipse, choice)
         if other is not None:
@@ -92,7 +92,7 @@ def _squares_of_px2(
 
 
 def why_no_dock(
-    ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, camera: Camera, dock: Dock, log_chance: float
+    ring: Ring, markers: Markers, choice: Choice, camera: Camera, dock: Dock, log_chance: float
 ) -> str | None:
     """Return why the lights of a ring are not the dock's, as a sentence; None where they are."""
     count = int(ring.on_ring.sum())

@@ -1,4 +1,5 @@
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -47,7 +48,8 @@ def test_a_poses_lines_are_its_circle_two_diameters_and_its_normal():
     for tilt_rad in (0.0, 0.4):
         normal = np.array([-np.sin(tilt_rad), 0.0, -np.cos(tilt_rad)])
         pose = CirclePose.at(np.array([0.0, 0.0, 1.0]), normal, camera)
-        circle, (one, other), (start, end) = pose_lines(pose, SimpleNamespace(camera=camera, dock=dock))
+        stages: Any = SimpleNamespace(camera=camera, dock=dock)
+        circle, (one, other), (start, end) = pose_lines(pose, stages)
         ends_m = 0.15 * np.array([np.cos(tilt_rad), 0, -np.sin(tilt_rad)])
         on_x = [camera.project([[0, 0, 1] + side * ends_m])[0] for side in (-1, 1)]
         np.testing.assert_allclose(np.sort(one[:, 0]), np.sort([u for u, _ in on_x]), atol=1e-9)

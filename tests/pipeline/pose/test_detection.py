@@ -57,7 +57,7 @@ def test_why_lights_are_not_the_docks_is_said_with_their_angles(lights):
     markers, ring = Markers(points_px, np.full(10, 20), np.full(10, 200)), Ring(np.ones(10, dtype=bool), "")
     pose = CirclePose(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]), np.zeros(2), rms_px=4.2)
     reasons = [
-        why_no_dock(ring, markers, None, Choice((pose, pose), 0, by, None), CAMERA, Dock(0.30, lights), 1e9)
+        why_no_dock(ring, markers, Choice((pose, pose), 0, by, None), CAMERA, Dock(0.30, lights), 1e9)
         for by in ("spacing", "none")
     ]
     wheres = ("4.2 px off the dock's", "not spaced as the dock's lights are")
@@ -69,10 +69,8 @@ def test_why_lights_are_not_the_docks_is_said_with_their_angles(lights):
             assert reason == f"{begins}: other lights, another dock, or another camera."
         else:
             seen_at = "0, 45, 72, 108, 144, 180, 216, 252, 288, 324"
-            assert reason.startswith(f"{begins}: they are seen at {seen_at} degrees, up to 4 off even spacing.")
-    assert (
-        why_no_dock(ring, markers, None, Choice((pose, pose), 0, "spacing", None), CAMERA, Dock(0.3, 10), -99) is None
-    )
+            assert str(reason).startswith(f"{begins}: they are seen at {seen_at} degrees, up to 4 off even spacing.")
+    assert why_no_dock(ring, markers, Choice((pose, pose), 0, "spacing", None), CAMERA, Dock(0.3, 10), -99) is None
 
 
 def test_lights_of_an_unknown_number_farther_off_than_hands_put_them_may_be_anything():

@@ -127,9 +127,8 @@ def test_lights_that_come_nearer_grow_as_what_a_search_finds():
 def test_beside_following_a_live_source_is_not_searched_again_at_once(course, monkeypatch):
     monkeypatch.setattr("dockpose.tracking.search._BESIDE_S", 1e9)
     search = Search(CAMERA, DOCK, is_live=True)
-    for number in range(2):
-        found = search.see(course[number].image, number, course[number].time_s, Settings())
-    assert found.found_by == "following"
+    found = [search.see(frame.image, n, frame.time_s, Settings()) for n, frame in enumerate(course[:2])]
+    assert found[1].found_by == "following"
     assert search._beside is None  # pyright: ignore[reportPrivateUsage]
 
 

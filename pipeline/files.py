@@ -170,6 +170,14 @@ class FileError(InputError):
     """A file that cannot be used; the text names the file, the key and the fault."""
 
 
+class NotYamlError(FileError):
+    """Text that is no YAML."""
+
+
+class PlainTextError(FileError):
+    """YAML that is one text, without keys."""
+
+
 class _Reader(yaml.SafeLoader):
     """Safe YAML within limits, that refuses a key given twice, and knows OpenCV's matrices."""
 
@@ -254,12 +262,12 @@ def parse_yaml(data: bytes, name: str) -> dict[str, Any]:
         where = getattr(error, "problem_mark", None)
         line = "" if where is None else f", line {where.line + 1}"
         problem = getattr(error, "problem", None) or f"{error}".partition("\n")[0]
-        raise FileError(f"{name}: is not valid YAML{line} ({problem[:_LONGEST]})") from error
+        raise NotYamlError(f"{name}: is not valid YAML{line} ({problem[:_LONGEST]})") from error
     except (ArithmeticError, ValueError) as error:  # as for the character \UFFFFFFFF
-        raise FileError(f"{name}: is not valid YAML ({shown(str(error))})") from error
+        raise NotYamlError(f"{name}: is not valid YAML ({shown(str(error))})") from error
     if not isinstance(content, dict):
         top = "" if content is None else f"; its top is {type(content).__name__}"
-        raise FileError(f"{name}: holds no keys{top}")
+        raise (PlainTextError if isinstance(content, str) else FileError)(f"{name}: holds no keys{top}")
     strange = next((key for key in content if not isinstance(key, str)), None)
     if strange is not None:
         raise FileError(f"{name}: has the key {shown(strange)}; keys must be text")

@@ -23,11 +23,17 @@ RESULTS = (
     (b"PK\3\4", "a ZIP file; unpack it, and name a file of it"),
     (b"<!doctype html", "a web page, as reports are"),
 )
+ARCHIVES = (b"\x1f\x8b", b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf", b"Rar!", b"\x28\xb5\x2f\xfd")
+ELSEWHERE = (  # what stands in the place of a file
+    *((start, "a web page; download the file itself") for start in (b"<!doctype html", b"<html")),
+    (b"version https://git-lfs", "what Git LFS leaves in place of a file; fetch it by git lfs pull"),
+)
 _OTHERS = (
+    *ELSEWHERE,
     *((start, "a picture") for start in (b"\x89PNG", b"\xff\xd8\xff", b"II*\0", b"MM\0*", b"GIF8")),
     *((start, "a video") for start in (b"\x1aE\xdf\xa3", b"RIFF")),
     *((start, "a bag") for start in (b"\x89MCAP", b"#ROSBAG", b"SQLite format 3")),
-    *((start, "packed; unpack it") for start in (b"\x1f\x8b", b"\x28\xb5\x2f\xfd", b"BZh")),
+    *((start, "packed; unpack it") for start in ARCHIVES),
     (b"%PDF", "a PDF file"),
 )
 MOST_START_BYTES = 32
@@ -94,7 +100,7 @@ def public(text: str) -> str:
 
 def kind_in_words(start: bytes, kinds: Iterable[tuple[bytes, str]] = (*RESULTS, *_OTHERS)) -> str | None:
     """What a file is that begins so, in words; None where that is not known."""
-    if start[4:8] == b"ftyp" and kinds is not RESULTS:
+    if start[4:8] == b"ftyp" and kinds not in (RESULTS, ELSEWHERE):
         return "a video"
     start = start[:MOST_START_BYTES].lower()
     return next((words for begins, words in kinds if start.startswith(begins.lower())), None)

@@ -204,20 +204,16 @@ def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
     overall = float(np.sqrt((corners * fitted.errors_px**2).sum() / corners.sum()))
     if not overall <= WORST_SHARE * max(size):
         board = kept.board
-        raise CalibrationError(
-            f"no camera fits the corners (error {overall:.1f} px); is the board {board.columns} x {board.rows}, "
-            "and is it flat?"
-        )
+        text = f"no camera fits the corners (error {overall:.1f} px); is the board {board.columns} x {board.rows}, "
+        raise CalibrationError(f"{text}and is it flat?")
     try:
         known = sigmas_of(fitted, kept.sightings)
     except ValueError as error:  # at the limit of what a camera can be
         raise CalibrationError(UNDETERMINED) from error
     unsure = max(known.values["fx"] / fitted.camera.fx, known.values["fy"] / fitted.camera.fy)
     if not unsure < _UNSURE:
-        raise CalibrationError(
-            "the pictures cannot tell the focal length from the distance, since the board lies too much alike in "
-            f"all: {TILT}"
-        )
+        text = "the pictures cannot tell the focal length from the distance, since the board lies too much alike in "
+        raise CalibrationError(f"{text}all: {TILT}")
     distances_m = np.linalg.norm(fitted.poses[:, 3:], axis=1)
     return Calibration(
         camera=with_errors(fitted.camera, model.names, known.covariance),
@@ -238,10 +234,8 @@ def _check_poses(gathering: Gathering, size: tuple[int, int]) -> None:
     count = int(poses_of(gathering.sightings, size).max()) + 1
     if count < FEWEST_PICTURES:
         alike = "alike" if count == 1 else f"in {count} ways only"
-        raise CalibrationError(
-            f"the board lies {alike} in {len(gathering.sightings)} pictures; {FEWEST_PICTURES} poses are needed, "
-            f"better {2 * FEWEST} to 20: {TILT}"
-        )
+        text = f"the board lies {alike} in {len(gathering.sightings)} pictures; {FEWEST_PICTURES} poses are needed, "
+        raise CalibrationError(f"{text}better {2 * FEWEST} to 20: {TILT}")
 
 
 def _without_outliers(gathering: Gathering, size: tuple[int, int], lens: Lens) -> Fitted:

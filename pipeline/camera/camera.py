@@ -111,10 +111,8 @@ class Camera(
         check_whole("height", self.height, least=1)
         lengths = FISHEYE_LENGTHS if self.fisheye else DISTORTION_LENGTHS
         if len(self.distortion) not in lengths:
-            raise ValueError(
-                f"distortion has {len(self.distortion)} coefficients; it must have "
-                f"{', '.join(map(str, lengths[:-1]))} or {lengths[-1]}"
-            )
+            must = f"{', '.join(map(str, lengths[:-1]))} or {lengths[-1]}"
+            raise ValueError(f"distortion has {len(self.distortion)} coefficients; it must have {must}")
         for i, coefficient in enumerate(self.distortion):
             check_number(f"distortion[{i}]", coefficient)
         if isinstance(self.sigma, Mapping):
@@ -212,21 +210,14 @@ class Camera(
         scale_x, scale_y = width / self.width, height / self.height
         rounding = max(1 / self.width, 1 / self.height, 1 / width, 1 / height)
         if abs(scale_x / scale_y - 1) > rounding:
-            raise ValueError(
-                f"the image is {width} x {height} pixels, but the camera was calibrated at "
-                f"{self.width} x {self.height}, which is not the same picture rescaled"
-            )
+            calibrated = f"the camera was calibrated at {self.width} x {self.height}"
+            what = f"the image is {width} x {height} pixels, but {calibrated}"
+            raise ValueError(f"{what}, which is not the same picture rescaled")
         scales = {"fx": ("fx", scale_x), "cx": ("cx", scale_x), "fy": ("fy", scale_y), "cy": ("cy", scale_y)}
-        return msgspec.structs.replace(
-            self,
-            fx=self.fx * scale_x,
-            fy=self.fy * scale_y,
-            cx=(self.cx + 0.5) * scale_x - 0.5,
-            cy=(self.cy + 0.5) * scale_y - 0.5,
-            width=width,
-            height=height,
-            **transformed(self.sigma, self.covariance, len(self.distortion), scales),
-        )
+        numbers: dict[str, Any] = {"fx": self.fx * scale_x, "fy": self.fy * scale_y, "width": width, "height": height}
+        numbers |= {"cx": (self.cx + 0.5) * scale_x - 0.5, "cy": (self.cy + 0.5) * scale_y - 0.5}
+        numbers |= transformed(self.sigma, self.covariance, len(self.distortion), scales)
+        return msgspec.structs.replace(self, **numbers)
 
     def rotated(self, degrees: int) -> "Camera":
         """The camera of the picture turned clockwise by 0, 90, 180 or 270; by 90, (x, y, z) becomes (-y, x, z)."""
@@ -241,17 +232,11 @@ class Camera(
                     bent[other], bent[one] = bent[one], -bent[other]
                     turned[f"distortion[{one}]"] = (f"distortion[{other}]", 1.0)
                     turned[f"distortion[{other}]"] = (f"distortion[{one}]", -1.0)
-            camera = msgspec.structs.replace(
-                camera,
-                fx=camera.fy,
-                fy=camera.fx,
-                cx=camera.height - 1 - camera.cy,
-                cy=camera.cx,
-                width=camera.height,
-                height=camera.width,
-                distortion=tuple(bent),
-                **transformed(camera.sigma, camera.covariance, len(camera.distortion), turned),
-            )
+            numbers: dict[str, Any] = {"fx": camera.fy, "fy": camera.fx, "distortion": tuple(bent)}
+            numbers |= {"cx": camera.height - 1 - camera.cy, "cy": camera.cx}
+            numbers |= {"width": camera.height, "height": camera.width}
+            numbers |= transformed(camera.sigma, camera.covariance, len(camera.distortion), turned)
+            camera = msgspec.structs.replace(camera, **numbers)
         return camera
 
     def pinhole_rays(self, undistorted_px: np.ndarray) -> np.ndarray:

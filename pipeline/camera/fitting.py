@@ -254,10 +254,8 @@ def fit_port(sightings: Sequence[Sighting], camera: Camera) -> FittedPort:
     with_port = with_numbers(start, names, numbers)
     errors = errors_px(with_port, sightings, poses)
     if not np.sqrt((errors**2).mean()) < WORST_SHARE * max(camera.width, camera.height):
-        raise CalibrationError(
-            f"no flat port explains the boards (error {np.sqrt((errors**2).mean()):.1f} px); is the window at right "
-            "angles to the camera, and was the camera calibrated in air?"
-        )
+        text = f"no flat port explains the boards (error {np.sqrt((errors**2).mean()):.1f} px); is the window at right "
+        raise CalibrationError(f"{text}angles to the camera, and was the camera calibrated in air?")
     pinhole = np.array([settled_pose(bare, each, pose) for each, pose in zip(sightings, poses, strict=True)])
     without = float(np.sqrt((errors_px(bare, sightings, pinhole) ** 2).mean()))
     away = np.linalg.norm(poses[:, 3:], axis=1)

@@ -25,16 +25,10 @@ _DEFECTS = 0.01  # of a picture's pixels; more are no defects of a sensor, of wh
 _SPREAD = 1 / 8  # of a light's height, which its neighbours have at least, however sharp the lens
 ANIMATED = ("GIF", "WEBP", "PNG")  # as Pillow names them; the further pictures of a JPEG are its previews
 # EXIF's numbers of orientations: how a picture lies, and how far to turn it clockwise, where that sets it upright.
-_ORIENTATIONS = {
-    0: ("askew", None),
-    2: ("mirrored", None),
-    3: ("upside down", 180),
-    4: ("mirrored and upside down", None),
-    5: ("mirrored and on its side", None),
-    6: ("on its side", 90),
-    7: ("mirrored and on its side", None),
-    8: ("on its side", 270),
-}
+_ORIENTATIONS = {0: ("askew", None), 2: ("mirrored", None), 4: ("mirrored and upside down", None)}
+_ORIENTATIONS |= dict.fromkeys((5, 7), ("mirrored and on its side", None))
+_TURNED = {3: ("upside down", 180), 6: ("on its side", 90), 8: ("on its side", 270)}
+_ORIENTATIONS: dict[int, tuple[str, int | None]] = _ORIENTATIONS | _TURNED
 _PNG_WITH_TAGS = (b"eXIf", b"XML:com.adobe.xmp", b"Raw profile type")  # else Pillow decodes all of it to look for them
 
 
@@ -80,9 +74,8 @@ def decode(data: bytes, name: str = "image") -> np.ndarray:
     if image is None:
         raise ImageError(f"{name}: the picture is damaged or cut short ({len(data)} bytes)")
     if is_many(data, image.nbytes):
-        raise ImageError(
-            f"{name}: holds several pictures, one after another; save each in a file of its own, or JPEGs as .mjpeg"
-        )
+        text = f"{name}: holds several pictures, one after another; save each in a file of its own, or JPEGs as .mjpeg"
+        raise ImageError(text)
     image = as_meant(image, data)
     return as_picture(image, name)
 
@@ -202,16 +195,12 @@ def to_levels(grey: np.ndarray) -> tuple[np.ndarray, int]:
 
 def check_size(width: int, height: int, pixel_bytes: int, name: str) -> None:
     """Raise ImageError for a picture that would take too much memory."""
-    if width * height > MAX_PIXELS:
-        raise ImageError(
-            f"{name}: the picture is {width} x {height}, {width * height / 1e6:.0f} megapixels; "
-            f"at most {MAX_PIXELS // 1_000_000} are read"
-        )
-    if width * height * pixel_bytes > _MAX_BYTES:
-        raise ImageError(
-            f"{name}: the picture is {width} x {height} with {pixel_bytes} bytes a pixel, "
-            f"{width * height * pixel_bytes / 1e6:.0f} MB; at most {_MAX_BYTES // 1_000_000} are read"
-        )
+    about, pixels, most = f"{name}: the picture is {width} x {height}", width * height, MAX_PIXELS // 1_000_000
+    if pixels > MAX_PIXELS:
+        raise ImageError(f"{about}, {pixels / 1e6:.0f} megapixels; at most {most} are read")
+    if pixels * pixel_bytes > _MAX_BYTES:
+        size = f"{about} with {pixel_bytes} bytes a pixel, {pixels * pixel_bytes / 1e6:.0f} MB"
+        raise ImageError(f"{size}; at most {_MAX_BYTES // 1_000_000} are read")
 
 
 def _header(data: bytes, name: str) -> tuple[int, int, int, bool, bool]:
@@ -285,9 +274,8 @@ def as_picture(image: Any, name: str = "image") -> np.ndarray:
         raise ImageError(f"{name}: has masked pixels; say what they are, as by image.filled(0)")
     array = np.asarray(image)
     if array.ndim not in (2, 3) or array.shape[2:] not in ((), (1,), (3,), (4,)) or array.size == 0:
-        raise ImageError(
-            f"{name}: has shape {array.shape}; it must be grey (H, W), BGR (H, W, 3) or BGRA (H, W, 4), not empty"
-        )
+        text = f"{name}: has shape {array.shape}; it must be grey (H, W), BGR (H, W, 3) or BGRA (H, W, 4), not empty"
+        raise ImageError(text)
     if array.dtype.kind == "f":
         least, most = float(array.min()), float(array.max())
         if not (least >= 0 and most <= 1):

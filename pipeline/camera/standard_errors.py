@@ -46,9 +46,8 @@ def check_sigma(
 ) -> None:
     """Raise ValueError where standard errors or their covariance are not of a camera's own numbers."""
     if len(sigma.distortion) not in (0, coefficients):
-        raise ValueError(
-            f"sigma.distortion has {len(sigma.distortion)} values; the camera has {coefficients} coefficients"
-        )
+        text = f"sigma.distortion has {len(sigma.distortion)} values; the camera has {coefficients} coefficients"
+        raise ValueError(text)
     if not has_port and (sigma.air_gap_m is not None or sigma.glass_m is not None):
         raise ValueError("sigma has a port's lengths; the camera has no port")
     if not covariance:

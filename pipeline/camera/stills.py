@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+from dockpose.text import ARCHIVES, ELSEWHERE, kind_in_words
 
 # Other programs' files by their first bytes: what to convert, and what else there is.
 _RAW = "a raw picture of a camera"
@@ -42,7 +43,7 @@ _CONVERTED = {
 }
 _TLOG = "a log of telemetry (MAVLink's tlog), which has no pictures; open the camera's recording"
 _OTHERS = {
-    "an archive; unpack it": (b"PK\3\4", b"\x1f\x8b", b"BZh", b"7z\xbc\xaf", b"Rar!", b"\x28\xb5\x2f\xfd"),
+    "an archive; unpack it": (b"PK\3\4", *ARCHIVES),
     "the log of a bag; open the .db3 beside it": (b"\x37\x7f\x06\x82", b"\x37\x7f\x06\x83"),
     "a playlist; open a file or an address that it names": (b"#EXTM3U",),
     "a recording of OpenNI (ONI); convert it to MKV or pictures": (b"NI10",),
@@ -51,8 +52,6 @@ _OTHERS = {
     ),
     "a log of PX4 (ULog), which has no pictures; open the camera's recording": (b"ULog\x01",),
     _TLOG: (),
-    "a web page, not a picture": (b"<!DOCTYPE html", b"<html"),
-    "what Git LFS leaves in place of a file; fetch it by git lfs pull": (b"version https://git-lfs",),
     "a video or a sound, which is opened by itself": (b"ftyp", b"\x1aE\xdf\xa3"),
 }
 _TGA_KINDS, _TGA_BITS = (1, 2, 3, 9, 10, 11), (8, 15, 16, 24, 32)
@@ -67,6 +66,8 @@ _PNM_BITS = (8, 10, 12, 14, 16)
 def name_of(data: bytes) -> str:
     """What a file is by its content, and what to do with it, to follow "is"; empty where it is not known."""
     head = data[4:] if data[4:8] == b"ftyp" else data  # ISO 14496-12: a box's length, its kind, and the file's brand
+    if kind := kind_in_words(data, ELSEWHERE):
+        return kind
     names = (name for name, starts in (_CONVERTED | _OTHERS).items() if head.startswith(starts))
     name = next(names, "") or _without_start(data)
     return name if not name or name in _OTHERS else f"{name}; convert it to PNG or TIFF"

@@ -150,9 +150,8 @@ def _check(page: Any) -> None:
     else:
         what = ""
     if what:
-        raise _RefusedError(
-            f"is a TIFF {what}, which is not read; save it as grey or RGB of 8 or 16 bits, without compression"
-        )
+        text = f"is a TIFF {what}, which is not read; save it as grey or RGB of 8 or 16 bits, without compression"
+        raise _RefusedError(text)
     places, sizes, most = page.dataoffsets, page.databytecounts, math.prod(page.chunks) * page.dtype.itemsize
     if not len(places) == len(sizes) == math.prod(page.chunked) or min(*places, *sizes) < 1:
         raise _RefusedError("the TIFF's header is damaged or cut short: it does not say where its pixels are")

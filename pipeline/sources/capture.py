@@ -182,8 +182,7 @@ class Camera(Capture):
 
 
 # Frames are neither queued nor waited for, and the format is recognised from half a second of them rather than five.
-# FFmpeg's RTSP loses frames over UDP without a word.
-_OPTIONS = {"fflags": "nobuffer", "flags": "low_delay", "analyzeduration": "500000", "rtsp_transport": "tcp"}
+_OPTIONS = {"fflags": "nobuffer", "flags": "low_delay", "analyzeduration": "500000"}
 _NO_VIDEO = "nothing answers there, or what answers is not a video"
 _REFUSED: dict[Any, str] = {  # by FFmpeg's error or its number
     errno.EPROTONOSUPPORT: "the server does not send RTP over TCP; over UDP frames would be lost without a word",

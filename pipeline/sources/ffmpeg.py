@@ -15,14 +15,21 @@ from av.error import FFmpegError
 from av.stream import Disposition
 from dockpose.sources.bags.storage import head_of
 from dockpose.sources.frames import SourceError
+from dockpose.sources.rtp.relay import Relay
 
+_TIMEOUT_S = 10.0  # of a server that nobody else limits
 # What a text in a file says that is not UTF-8 matters to nobody; PyAV 19 keeps such texts of itself.
 _LENIENT: dict[str, Any] = {"metadata_errors": "ignore"} if int(av.__version__.split(".")[0]) < 19 else {}
 
 
-def opened(source: str | BinaryIO, **options: Any) -> InputContainer:
-    """Open what is to be read, with options of ``av.open``, whatever bytes its texts are."""
-    return av.open(source, "r", **options, **_LENIENT)
+def opened(source: str | BinaryIO, **more: Any) -> InputContainer:
+    """Open what is to be read, with arguments of ``av.open``, whatever bytes its texts are."""
+    if isinstance(source, str) and source.lower().startswith("rtsp://"):
+        # FFmpeg's RTSP loses frames over UDP without a word. What is sent within TLS is not looked into.
+        source = Relay(source, more.setdefault("timeout", (_TIMEOUT_S, _TIMEOUT_S))[0]).address
+    if isinstance(source, str) and source.lower().startswith("rtsp"):
+        more["options"] = {**more.get("options", {}), "rtsp_transport": "tcp"}
+    return av.open(source, "r", **more, **_LENIENT)
 
 
 _MP4_BEGINS = (b"ftyp", b"moov", b"mdat", b"free", b"wide", b"skip", b"styp", b"moof")
@@ -59,11 +66,8 @@ def _length(stream: av.VideoStream) -> float:
 def others_sentence(container: InputContainer) -> str:
     """Sentence on the streams that were not taken, beside covers; empty where there are none."""
     streams = [each for each in container.streams.video if not each.disposition & Disposition.attached_pic]
-    names = {
-        each: f"{each.index} ({each.codec_context.width} x {each.codec_context.height})"
-        for each in streams
-        if each.codec_context
-    }
+    codecs = {each: each.codec_context for each in streams if each.codec_context}
+    names = {each: f"{each.index} ({codec.width} x {codec.height})" for each, codec in codecs.items()}
     taken = best_video(container)
     others = ", ".join(name for each, name in names.items() if each is not taken)
     return f"has {len(names)} video streams; number {names[taken]} is taken, not {others}" if others else ""
@@ -119,9 +123,7 @@ def _breaks_off(path: Path, formats: list[str]) -> bool:
             return size is not None and at + size > length
         while "avi" in formats and head[:4] == b"RIFF":
             size = int.from_bytes(head[4:8], "little")
-            if (
-                size == 0 or at + size > length
-            ):  # a recorder that was killed leaves 0, and some count the 8 bytes before
+            if size == 0 or at + size > length:  # one that was killed leaves 0, and some count the 8 bytes before
                 return True
             at += 8 + size + size % 2
             file.seek(at)
@@ -207,16 +209,9 @@ def _each_box(file: BinaryIO) -> Iterator[tuple[bytes, int, int]]:
 # Formats whose first plane is the brightness, with as many bits as the first component has, from the lowest bit on.
 _LUMA_FIRST = ("yuv4", "yuvj4", "yuva4", "gray", "nv12", "nv16", "nv21", "nv24")
 # EXIF's numbers, by where a display matrix takes the picture's x axis and its y axis (ISO 14496-12, section 8.3.2).
-_ORIENTATIONS = {
-    (1, 0, 0, 1): 1,
-    (-1, 0, 0, 1): 2,
-    (-1, 0, 0, -1): 3,
-    (1, 0, 0, -1): 4,
-    (0, 1, 1, 0): 5,
-    (0, 1, -1, 0): 6,
-    (0, -1, -1, 0): 7,
-    (0, -1, 1, 0): 8,
-}
+_UPRIGHT, _ASIDE = ((1, 1), (-1, 1), (-1, -1), (1, -1)), ((1, 1), (1, -1), (-1, -1), (-1, 1))
+_ORIENTATIONS = {(a, 0, 0, d): number for number, (a, d) in enumerate(_UPRIGHT, 1)}
+_ORIENTATIONS |= {(0, b, c, 0): number for number, (b, c) in enumerate(_ASIDE, 5)}
 _FULL_RANGE, _LIMITED_RANGE = 2, 1  # FFmpeg's AVCOL_RANGE_JPEG and AVCOL_RANGE_MPEG
 
 

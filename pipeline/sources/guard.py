@@ -12,11 +12,8 @@ from dockpose.sources.ffmpeg import picture_of
 from dockpose.sources.units import Gaps, lengthened
 
 _CODINGS = {"h264", "hevc"}  # whose packets are looked into, and whose decoders begin where pictures are whole
-_BEGIN_ANYWHERE = {
-    "mpeg1video",
-    "mpeg2video",
-    "mpeg4",
-}  # whose decoders begin with pictures that lack what they refer to
+# Whose decoders begin with pictures that lack what they refer to.
+_BEGIN_ANYWHERE = {"mpeg1video", "mpeg2video", "mpeg4"}
 _MOST_WAITING = 1000  # packets of which no frame came so far
 _MOST_HELD = 16  # as many as pictures to which others may refer
 _BEGINS, _ENDS = b"\xff\xda", b"\xff\xd9"  # of the pixels and of the whole in JPEG

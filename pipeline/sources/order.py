@@ -77,9 +77,8 @@ def _has_gap(source: str, pid: int, end: int) -> bool:
         data = file.read(end + 204)
     size = next((size for size in (188, 192, 204) if data[size::size][:8].count(data[0]) == 8), 188)
     begin = 4 * (size == 192)
-    packets = (
-        np.frombuffer(data[: len(data) // size * size], np.uint8).reshape(-1, size)[:, begin : begin + 4].astype(int)
-    )
+    rows = np.frombuffer(data[: len(data) // size * size], np.uint8).reshape(-1, size)
+    packets = rows[:, begin : begin + 4].astype(int)
     mine = packets[((packets[:, 1] & 31) << 8 | packets[:, 2] == pid) & (packets[:, 3] & 16 > 0), 3] & 15
     return bool((np.diff(mine) % 16 > 1).any())
 

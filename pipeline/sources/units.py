@@ -4,6 +4,8 @@ import contextlib
 import re
 from collections.abc import Iterator
 
+from dockpose.sources.rtp.relay import MARK
+
 _USUAL = 4  # pictures in a row with slices at the same places, after which one that lacks such a slice is not whole
 _HIGH = {44, 83, 86, 100, 110, 118, 122, 128, 134, 135, 138, 139, 244}  # profiles of H.264 that tell of colours too
 _HEAD_BYTES = 256  # of a unit, which are looked at
@@ -35,6 +37,8 @@ class Gaps:
     def see(self, data: bytes) -> bool:
         """Whether something is missing in a picture's packet, or before it."""
         self.recovers_after = None
+        if MARK in data:
+            return True
         try:
             slices = [found for unit in self._units(data) if (found := self._look(unit)) is not None]
         except (ValueError, IndexError):  # what is damaged shows when it is decoded

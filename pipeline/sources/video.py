@@ -223,7 +223,7 @@ class _Decoder:
         # One that conceals a damaged slice of FFV1 writes into the picture before, which others give out meanwhile.
         self._stream.thread_type = "SLICE" if context.name == "ffv1" else "AUTO"
         # Those that share a picture tell of no missing slice of H.264, and those that take turns of no end that is cut.
-        context.thread_count = 0 if is_threaded and self._container.format.name not in _BARE else 1
+        context.thread_count = 0 if is_threaded and self._container.format.name not in (*_BARE, "rtsp") else 1
         self._frames = self._decoded()
         self._last: tuple[int, av.VideoFrame] | None = None
         self._following = self._count = 0
@@ -264,13 +264,8 @@ class _Decoder:
                 packet = None
             is_end = packet is None
             if packet is not None and counts(packet):
-                if (
-                    number == 0
-                    and order is not None
-                    and order.is_sought
-                    and packet.is_keyframe
-                    and order.stamps is not None
-                ):
+                is_first = number == 0 and packet.is_keyframe
+                if is_first and order is not None and order.is_sought and order.stamps is not None:
                     self._began = int(np.searchsorted(order.stamps, packet.pts or 0))
                 if is_numbered:
                     packet.pts, packet.dts = number, None

@@ -7,7 +7,7 @@ from fractions import Fraction
 import av
 import numpy as np
 import pytest
-from dockpose.sources import capture, open_frames
+from dockpose.sources import open_frames
 
 from tests.support.rtp import free_port
 
@@ -58,11 +58,9 @@ def film(tmp_path_factory):
 
 
 @pytest.mark.skipif(not has_server(), reason="GStreamer's RTSP server is not installed")
-@pytest.mark.parametrize("lost", [0.0, 0.002, 0.005])
-@pytest.mark.parametrize("transport", ["tcp", "udp"])
-def test_each_picture_that_is_given_is_one_of_the_film(film, transport, lost, monkeypatch):
+@pytest.mark.parametrize("lost", [0.0, 0.0002, 0.0005, 0.002, 0.005])
+def test_each_picture_that_is_given_is_one_of_the_film(film, lost):
     path, whole = film
-    monkeypatch.setitem(capture._OPTIONS, "rtsp_transport", transport)
     port, given, end_s = free_port(), [], time.monotonic() + SECONDS
     command = [PYTHON, "-c", SERVER, str(port), str(path), str(lost)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
@@ -74,7 +72,7 @@ def test_each_picture_that_is_given_is_one_of_the_film(film, transport, lost, mo
                     given.append(frame.image.tobytes() in whole)
                     if time.monotonic() > end_s or frame.index >= FRAMES - 5:
                         break
-                print(f"{transport}, {lost:.1%} lost: {len(given)} given, {frames.skipped} left out")
+                print(f"{lost:.2%} lost: {len(given)} given, {frames.skipped} left out")
         finally:
             server.kill()
     print(f"{given.count(False)} made up")

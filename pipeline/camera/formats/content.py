@@ -14,7 +14,7 @@ import numpy as np
 from dockpose.camera.formats.fields import numbers_in
 from dockpose.camera.formats.mat import mat_content
 from dockpose.camera.formats.words import READ, foreign
-from dockpose.files import MOST_BYTES, FileError, parse_yaml
+from dockpose.files import MOST_BYTES, FileError, NotYamlError, PlainTextError, parse_yaml
 
 LARGEST_BYTES = 5_000_000  # of a file that is not YAML; MATLAB and calib.io keep every corner beside the camera
 _EXPANDED_BYTES = 50_000_000
@@ -58,9 +58,8 @@ def content_of(data: bytes, name: str) -> Any:
         return {number: {"colmap": model, "numbers": rest.split()} for number, model, rest in lines}
     if "[image]" in text:  # what ROS's calibrator writes beside its YAML
         return _ost(f"{text}\n")
-    if {"fc", "cc"} <= (
-        given := {key: value.replace(";", " ").split() for key, value in _ASSIGNED.findall(text)}
-    ).keys():
+    given = {key: value.replace(";", " ").split() for key, value in _ASSIGNED.findall(text)}
+    if {"fc", "cc"} <= given.keys():
         return given  # Calib_Results.m
     if re.search(r"^[ \t]*[\w.\"-]+[ \t]*=", text, re.MULTILINE):
         with contextlib.suppress(ValueError, RecursionError):
@@ -71,11 +70,11 @@ def content_of(data: bytes, name: str) -> Any:
             return _with_sizes({name: dict(parser[name]) for name in parser.sections()})
     try:
         return parse_yaml(_first_document(data), name)
-    except FileError as error:
-        if "its top is str" in str(error):
-            keys = "holds no keys, as image_width: 640"
-            raise FileError(f"{name}: {keys}, and is no other kind of camera file ({READ})") from error
-        if name.lower().endswith((".yaml", ".yml")) or "not valid YAML" not in str(error):
+    except PlainTextError as error:
+        keys = "holds no keys, as image_width: 640"
+        raise FileError(f"{name}: {keys}, and is no other kind of camera file ({READ})") from error
+    except NotYamlError as error:
+        if name.lower().endswith((".yaml", ".yml")):
             raise
         told = f"{name}: {no_json}" if no_json else f"{error}, and no other kind of camera file ({READ})"
         raise FileError(told) from error

@@ -98,9 +98,8 @@ class Described:
         """The camera, for pictures of that size where the file does not say it."""
         (fx, skew, cx), (zero, fy, cy), last = self.matrix.tolist()
         if zero != 0 or last != [0, 0, 1] or not abs(skew) <= _MOST_SKEW * abs(fx):
-            raise ValueError(
-                f"camera_matrix is {self.matrix.tolist()}; it must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"
-            )
+            must = "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"
+            raise ValueError(f"camera_matrix is {self.matrix.tolist()}; it must be {must}")
         if (lengths := MODELS.get(lens_name(self.model))) is None:
             raise _unknown("distortion_model", self.model)
         bent = self.distortion
@@ -113,13 +112,11 @@ class Described:
             bent = []
         if not {len(bent), len(self.distortion)} & {0, *lengths}:
             wanted = " or ".join(map(str, filter(None, lengths))) or "none"
-            raise ValueError(
-                f"distortion_coefficients has {len(self.distortion)} values; {self.model or 'OpenCV'} has {wanted}"
-            )
+            has = f"distortion_coefficients has {len(self.distortion)} values"
+            raise ValueError(f"{has}; {self.model or 'OpenCV'} has {wanted}")
         if self.size is None and size is None:
-            raise NoSizeError(
-                "does not say for which pictures it is (image_width, image_height); say --camera-size WxH"
-            )
+            missing = "does not say for which pictures it is (image_width, image_height)"
+            raise NoSizeError(f"{missing}; say --camera-size WxH")
         notes = [f"its skew of {skew:g} pixels is taken as none" if skew else "", self.note]
         if len(bent) == 4 and any(bent) and not self.model:
             notes.append(
@@ -135,19 +132,15 @@ class Described:
 
     def _off_middle(self, camera: Camera) -> str:
         """What speaks against the size, of which half and double are taken for it by mistake; ValueError if guessed."""
+        size = f"{camera.width} x {camera.height}"
         if max(camera.fx, camera.fy) < _LEAST_FOCAL * max(camera.width, camera.height):
-            raise ValueError(
-                f"its fx of {camera.fx:g} is no focal length in pixels of pictures {camera.width} x {camera.height}"
-            )
+            raise ValueError(f"its fx of {camera.fx:g} is no focal length in pixels of pictures {size}")
         shares = (2 * camera.cx + 1) / camera.width, (2 * camera.cy + 1) / camera.height
-        told = f"its principal point ({camera.cx:g}, {camera.cy:g}) is far from the middle of pictures of"
-        told = f"{told} {camera.width} x {camera.height}, "
+        told = f"its principal point ({camera.cx:g}, {camera.cy:g}) is far from the middle of pictures of {size}, "
         twice = f"{round(2 * camera.cx + 1)} x {round(2 * camera.cy + 1)}"
         if self.size is None and max(abs(each - 1) for each in shares) > _MOST_OFF:
-            raise ValueError(
-                f"does not say for which pictures it is, and {told}near that of {twice}; write image_width and "
-                "image_height into it, or say --camera-size WxH"
-            )
+            text = f"does not say for which pictures it is, and {told}near that of {twice}; write image_width and "
+            raise ValueError(f"{text}image_height into it, or say --camera-size WxH")
         is_alike = abs(shares[0] / shares[1] - 1) < _ALIKE if shares[1] else False
         if is_alike and abs(shares[0] - 1) > _MOST_OFF:
             return f"{told}which it says, and near that of {twice}: check which it was calibrated with"

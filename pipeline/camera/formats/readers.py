@@ -228,10 +228,8 @@ def _by_matrix(content: Fields) -> Iterator[tuple[str, Described]]:
             pairs = zip(flat[[0, 5, 2, 6]].tolist(), K[[0, 1, 0, 1], [0, 1, 2, 2]].tolist(), strict=True)
             ratios = [one / max(other, 1.0) for one, other in pairs]
             if max(ratios) - min(ratios) < _ALIKE * max(ratios) and abs(ratios[0] - 1) > _OTHER_SIZE:
-                raise ValueError(
-                    f"its projection matrix is for pictures {ratios[0]:.3g} times as large as its {key} is; "
-                    "which of them is of the size that it says?"
-                )
+                text = f"its projection matrix is for pictures {ratios[0]:.3g} times as large as its {key} is; "
+                raise ValueError(f"{text}which of them is of the size that it says?")
         bent, size = lens_of(content, which, model), size_in(content, (K[0, 2], K[1, 2]))
         if isinstance(roi, Mapping) and number_of(roi, "width", 0) and number_of(roi, "height", 0):
             size = pair_of(roi["width"], roi["height"])

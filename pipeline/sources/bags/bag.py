@@ -59,10 +59,8 @@ def _words(topic: Topic) -> str:
 
 def _is_alike(camera: Camera, other: Camera) -> bool:
     """Whether two cameras of a recording are the same but for how their numbers were rounded."""
-    first, second = (
-        [each.width, each.height, each.fisheye, each.fx, each.fy, each.cx, each.cy, *each.distortion]
-        for each in (camera, other)
-    )
+    numbers = ([*each.matrix.flat, each.width, each.height, each.fisheye, *each.distortion] for each in (camera, other))
+    first, second = numbers
     return len(first) == len(second) and np.allclose(first, second, rtol=_ROUNDED, atol=_ROUNDED)
 
 

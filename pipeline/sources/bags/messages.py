@@ -78,9 +78,8 @@ def _rows(message: Any, pixel_bytes: int, name: str, rows: int | None = None) ->
     data = np.frombuffer(memoryview(message.data), np.uint8)
     used = width * pixel_bytes
     if width < 1 or height < 1 or step < used or len(data) < step * (height - 1) + used:
-        raise ImageError(
-            f"{name}: says {width} x {height} pixels of {pixel_bytes} bytes in rows of {step}, but has {len(data)}"
-        )
+        text = f"{name}: says {width} x {height} pixels of {pixel_bytes} bytes in rows of {step}, but has {len(data)}"
+        raise ImageError(text)
     # The last row need not be filled up.
     return np.ascontiguousarray(np.lib.stride_tricks.as_strided(data, (height, used), (step, 1)))
 

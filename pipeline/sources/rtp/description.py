@@ -52,9 +52,8 @@ def _in_file(path: str) -> Described:
     named = re.search(rf"^a=rtpmap:{kind}[ \t]+([^/\s]+)", about, re.M)
     coding = CODINGS.get(named[1].upper()) if named else None
     if coding is None:
-        raise SourceError(
-            f"{path}: describes {named[1] if named else f'payload {kind}'}; H264 and H265 over RTP are read"
-        )
+        text = f"{path}: describes {named[1] if named else f'payload {kind}'}; H264 and H265 over RTP are read"
+        raise SourceError(text)
     options = re.search(rf"^a=fmtp:{kind}[ \t]+(.*)$", about, re.M)
     written = re.findall(r"sprop-(?:parameter-sets|vps|sps|pps)=([^;\s]+)", options[1] if options else "")
     sets: tuple[bytes, ...] = ()

@@ -45,10 +45,10 @@ def main() -> int:
         copy = Path(folder)
         for name in ("app", "pipeline", "static", "sample_images", "tests", "docs", "pyproject.toml", "README.md"):
             (shutil.copytree if (ROOT / name).is_dir() else shutil.copy2)(ROOT / name, copy / name)
-        package = copy / "site" / "dockpose"  # as it is where it is installed
-        package.mkdir(parents=True)
-        for part in (*(copy / "pipeline").iterdir(), copy / "app"):
-            (package / part.name).symlink_to(part)
+        # As it is where it is installed. Loops that were compiled there are known by the folder's files.
+        (copy / "pipeline" / "app").symlink_to(copy / "app")
+        (copy / "site").mkdir()
+        (copy / "site" / "dockpose").symlink_to(copy / "pipeline")
         paths = {"MUTANTS_OF": str(ROOT), "PYTHONPATH": os.pathsep.join((str(copy / "site"), folder))}
         words = [sys.executable, "-m", "tests.bench.mutants", *sys.argv[1:], "--seed", str(arguments.seed)]
         return subprocess.run(words, cwd=copy, env=os.environ | paths | {"PYTHONDONTWRITEBYTECODE": "1"}).returncode
@@ -94,6 +94,8 @@ def _try_all(drawn: list[Mutant], end_s: float) -> dict[Mutant, str]:
             clean[kind] = Clean.read(kind)
             del cleaning[kind]
             print(f"{kind}: {clean[kind]}", flush=True)
+            if not clean[kind].took_s:
+                sys.exit(f"no test of {kind} passes on the code as it is")
         for mutant in [one for one in waiting if kind_of(one) in clean][: CORES - len(cleaning) - len(running)]:
             waiting.remove(mutant)
             source = Path(mutant.file).read_text(encoding="utf-8")

@@ -19,7 +19,7 @@ from hypothesis import Phase, settings
 from tests.bench.mutants.changes import PACKAGES, Mutated
 
 # Of other rooms those that see whole pictures, frames or drawings, and are quick.
-_WIDER = ("pipeline/study", "pipeline/paper", "pipeline/test_guidance.py", "app/drawing", "app/processing")
+_WIDER = ("pipeline/study", "pipeline/test_guidance.py", "app/drawing", "app/processing")
 _SMALL = "tests/pipeline/test_estimate_turned.py"  # whole pictures so small that loops as plain Python do
 _WHOLE = sorted(str(path) for path in Path("tests/pipeline").glob("test_estimate*.py"))
 # Processor time: a test that takes longer is left out; loops that are plain Python take a hundred times as long.

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import Dock, Tracker, estimate
-from dockpose.pose.extra import places_px
+from dockpose.pose.extra import _densities, places_px
 from dockpose.simulate import Lights, Pose, render
 from dockpose.simulate.parts import Background, Glare, Lamp
 
@@ -109,3 +109,16 @@ def test_its_number_of_lights_untold_it_is_none_of_the_ring():
     found = estimate(image, CAMERA, dock)
     assert found.lights_on_ring == 8
     assert np.isfinite(found.choice.extra_px).all()
+
+
+def test_where_a_lamp_is_seen_has_a_density_that_sums_to_one_about_where_it_must_be():
+    mean, spread = np.array([3.0, -2.0]), np.array([[4.0, 1.5], [1.5, 2.0]])
+    edge = np.arange(-60, 60.5, 0.5)
+    spots = mean + np.stack(np.meshgrid(edge, edge), axis=-1).reshape(-1, 2)
+    density = _densities(spots, mean, spread)
+    assert density.sum() * 0.25 == pytest.approx(1, abs=0.02)  # what is beyond 60 px of such long tails
+    assert spots[density.argmax()].tolist() == mean.tolist()
+    # Student's distribution of two dimensions and four degrees of freedom, at three deviations.
+    across = np.linalg.cholesky(spread) @ [3.0, 0.0]
+    there, here = _densities(np.array([mean + across, mean]), mean, spread)
+    assert there / here == pytest.approx((1 + 3**2 / 4) ** -3)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from dockpose import Dock
 from dockpose.pose.circle import rotation_from_angles
-from dockpose.pose.side import other_focal_px, poses_by_side
+from dockpose.pose.side import _first_is_right, other_focal_px, poses_by_side
 from dockpose.pose.solve import find_poses
 from msgspec.structs import replace
 
@@ -56,3 +56,24 @@ def test_the_side_stays_open_where_noise_hides_it():
         points = seen(rotation_from_angles(0.1, 0.05), position=np.array([0.1, 0.0, 6.0]), noise_px=0.3, seed=seed)
         sure += poses_by_side(points, scaled(0.6), replace(DOCK, lights=None), CAMERA.fx, 24)[1].decided
     assert sure <= 8  # 2 x 5 % by chance, and as much for the drawing
+
+
+@pytest.mark.parametrize(("range_m", "lights"), [(5.0, 24), (3.0, 6)])
+def test_a_side_is_right_at_least_as_often_as_it_says(range_m, lights):
+    """In noise that leaves it open now and then. By how the rise falls about the middle of both it says too little.
+
+    Of two that are d deviations to either side one is right with the probability F(d), and F(d / sqrt(2)) is said: by
+    no more than .09 less.
+    """
+    rotation, position = rotation_from_angles(0.25, -0.2), np.array([0.1, 0.0, range_m])
+    poses = find_poses(seen(rotation, position=position, noise_px=0, lights=lights), CAMERA, Dock(0.30, lights))[1]
+    assert poses.candidates[0].normal @ -rotation[:, 2] > 0.9999
+    angles = 2 * np.pi * np.arange(lights) / lights
+    firsts = []
+    for seed in range(200):
+        points = seen(rotation, position=position, noise_px=0.3, lights=lights, seed=seed)
+        firsts.append(_first_is_right(points, angles, poses.candidates, CAMERA)[1])
+    right, said = np.array(firsts) > 0.5, np.maximum(firsts, np.subtract(1, firsts))
+    assert 0.7 < said.mean() < 0.98  # or this tells nothing
+    spread = np.sqrt(np.sum(said * (1 - said)))
+    assert -3 * spread < right.sum() - said.sum() < 3 * spread + 0.09 * len(said)

@@ -86,8 +86,8 @@ def painted(kind):
         ("thin hoop with lamps", 9.0, None),
         ("hoop", 0.1, "a hoop or strips, not lights"),
         ("spokes", 0.1, "the ends of lines, not lights"),
-        ("bars", 9.0, "parts of lines, not lights"),
-        ("bars", 0.1, None),  # in their places, where parts of lines lie by chance alone
+        ("bars", 1.6, "parts of lines, not lights"),
+        ("bars", 1.2, None),  # in their places, to a fiftieth of the radius, where parts of lines are by chance alone
     ],
 )
 def test_lamps_are_told_from_hoops_spokes_and_bars(kind, rms_px, words):

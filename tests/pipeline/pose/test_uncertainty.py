@@ -10,10 +10,18 @@ from dockpose.camera.camera import Camera
 from dockpose.camera.port import FlatPort
 from dockpose.camera.sigma import errors_of, moved
 from dockpose.dock import Dock
-from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.circle import CirclePose, angles_of, rotation_from_angles
 from dockpose.pose.refine import light_rays
 from dockpose.pose.solve import find_poses
-from dockpose.pose.uncertainty import PARTS, PoseErrors, SharedErrors, _prior_noise_px, _quantile, log_evidence
+from dockpose.pose.uncertainty import (
+    PARTS,
+    PoseErrors,
+    SharedErrors,
+    _prior_noise_px,
+    _quantile,
+    deviations,
+    log_evidence,
+)
 from dockpose.study.judge import nearest, signed_errors
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
@@ -263,3 +271,16 @@ def test_the_evidence_is_the_integral_of_the_likelihood_over_all_noises(freedom)
     expected = np.log([integral(each) for each in squares])
     told = log_evidence(squares, freedom)
     np.testing.assert_allclose(told - told[0], expected - expected[0], atol=0.02)
+
+
+@pytest.mark.parametrize("angles", [(0.0, 0.0, 0.0), (1.0, 0.5, 0.7), (-0.8, -0.9, 2.0)])
+def test_deviations_of_the_angles_are_those_of_small_turns_about_the_docks_axes(angles):
+    rng, noise, R = np.random.default_rng(4), 0.4, rotation_from_angles(*angles)
+    root = 1e-3 * np.array([[1.0, 0, 0], [1.5, 1.2, 0], [0.3, -0.4, 0.8]])
+    covariance = np.diag([4.0, 9.0, 16.0, 0.0, 0.0, 0.0])
+    covariance[3:, 3:] = root @ root.T
+    turns = Rotation.from_rotvec(noise * rng.normal(0, 1, (20_000, 3)) @ root.T).as_matrix()
+    spread = np.std([angles_of(-column) for column in (R @ turns)[:, :, 2]], axis=0)
+    sigmas_m, sigmas_rad = deviations(covariance, R, noise)
+    assert sigmas_m == pytest.approx((noise * 2, noise * 3, noise * 4))
+    assert sigmas_rad == pytest.approx(tuple(spread), rel=0.03)

@@ -79,7 +79,7 @@ def test_unevenness_tells_the_roll():
 def test_wrong_lights_count_little():
     true = uneven(5)
     views = dock_views(true, 5)
-    for number in range(0, 60, 6):  # a reflection in place of a light, 3 px off
+    for number in range(0, 60, 2):  # a reflection in place of a light, 3 px off
         views[number].points_px[number % 10] += 3.0
     assert np.sqrt((errors_m(learn(true, views), true)[0] ** 2).mean()) < 0.2e-3
 

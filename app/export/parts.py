@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import cv2
 import jinja2
 from dockpose.app.drawing.figures import to_png, to_svg
 from dockpose.app.drawing.numbers import MISSING, number, sigma_words
@@ -221,7 +222,8 @@ class Part:
 
 
 def make_part(key: str, seed: int) -> Part:
-    """Make one part; see ``PARTS`` for the keys."""
+    """Make one part; see ``PARTS`` for the keys. Runs in a worker."""
+    cv2.setNumThreads(1)  # several add up the same numbers in another order each time, which changes the last digits
     module = importlib.import_module(f"dockpose.app.export.reproduction.{PARTS[key]}")
     return getattr(module, key)(seed)
 

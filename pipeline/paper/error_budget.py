@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Collection, Iterator, Sequence
-from contextlib import contextmanager
 from typing import Any
 
 import cv2
@@ -48,8 +47,7 @@ def rendered_calibration(camera: Camera, seed: int) -> Calibration:
         return np.clip(0.7 * seen + 20 + noise, 0, 255).astype(np.uint8)
 
     poses = enumerate(_board_poses(seed, 0))
-    with _one_thread():
-        return calibrate(((f"view {number}", picture(number, *pose)) for number, pose in poses), BOARD)
+    return calibrate(((f"view {number}", picture(number, *pose)) for number, pose in poses), BOARD)
 
 
 def calibrations(camera: Camera, count: int, corner_px: float, seed: int) -> list[Camera]:
@@ -67,23 +65,11 @@ def calibrations(camera: Camera, count: int, corner_px: float, seed: int) -> lis
         ]
         criteria = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, _ROUNDS, 1e-9)
         model = [flat.astype(np.float32)] * len(views)
-        with _one_thread():
-            _, K, distortion, _, _ = cv2.calibrateCamera(model, views, size, np.eye(3), np.zeros(5), criteria=criteria)
+        _, K, distortion, _, _ = cv2.calibrateCamera(model, views, size, np.eye(3), np.zeros(5), criteria=criteria)
         coefficients = tuple(np.asarray(distortion).ravel()[:5].tolist())
         fx, fy, cx, cy = K[[0, 1, 0, 1], [0, 1, 2, 2]].tolist()
         found.append(Camera(fx, fy, cx, cy, *size, coefficients, camera.port))
     return found
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """OpenCV's threads add up the same numbers in another order each time, which changes the last digits."""
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        yield
-    finally:
-        cv2.setNumThreads(threads)
 
 
 def _board_poses(seed: int, number: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:

@@ -41,15 +41,14 @@ _CONVERTED = {
     "a NumPy array": (b"\x93NUMPY",),
     "an HDF5 file": (b"\x89HDF",),
 }
+_PCAP = (b"\xd4\xc3\xb2\xa1", b"\xa1\xb2\xc3\xd4", b"\x4d\x3c\xb2\xa1", b"\x0a\x0d\x0d\x0a")
 _TLOG = "a log of telemetry (MAVLink's tlog), which has no pictures; open the camera's recording"
 _OTHERS = {
     "an archive; unpack it": (b"PK\3\4", *ARCHIVES),
     "the log of a bag; open the .db3 beside it": (b"\x37\x7f\x06\x82", b"\x37\x7f\x06\x83"),
     "a playlist; open a file or an address that it names": (b"#EXTM3U",),
     "a recording of OpenNI (ONI); convert it to MKV or pictures": (b"NI10",),
-    "a capture of packets (pcap); open the stream, or a video of it": tuple(
-        map(bytes.fromhex, ("d4c3b2a1", "a1b2c3d4", "4d3cb2a1", "0a0d0d0a"))
-    ),
+    "a capture of packets (pcap); open the stream, or a video of it": _PCAP,
     "a log of PX4 (ULog), which has no pictures; open the camera's recording": (b"ULog\x01",),
     _TLOG: (),
     "a video or a sound, which is opened by itself": (b"ftyp", b"\x1aE\xdf\xa3"),

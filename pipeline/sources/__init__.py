@@ -28,31 +28,10 @@ if TYPE_CHECKING:
     from dockpose.sources.pictures import PICTURE_ENDINGS, Pictures, list_pictures, numeric
     from dockpose.sources.video import Video
 
-__all__ = [
-    "BAG_ENDINGS",
-    "DEFAULT_CAPTURE",
-    "PICTURE_ENDINGS",
-    "VIDEO_ENDINGS",
-    "Arrival",
-    "Bag",
-    "Callback",
-    "CaptureSettings",
-    "ExposureWatch",
-    "Frame",
-    "Frames",
-    "Kind",
-    "Live",
-    "Pictures",
-    "Simulated",
-    "SourceError",
-    "Video",
-    "camera_number",
-    "kind_of",
-    "list_pictures",
-    "numeric",
-    "open_frames",
-    "read_ahead",
-]
+__all__ = ["BAG_ENDINGS", "DEFAULT_CAPTURE", "PICTURE_ENDINGS", "VIDEO_ENDINGS", "Arrival", "Bag", "Callback"]
+__all__ += ["CaptureSettings", "ExposureWatch", "Frame", "Frames", "Kind", "Live", "Pictures", "Simulated"]
+__all__ += ["SourceError", "Video", "camera_number", "kind_of", "list_pictures", "numeric", "open_frames"]
+__all__ += ["read_ahead"]
 
 _HOMES = {
     "bags.bag": ("Bag",),

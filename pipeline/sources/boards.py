@@ -100,6 +100,8 @@ def squares_in(sources: Sequence[str]) -> tuple[int, int]:
             counts = count_squares(to_levels(to_grey(frame.image))[0] for frame in islice(frames, 0, None, step))
     else:
         paths = [path for source in sources for path in list_pictures(source)]
+        if len(paths) == 1:
+            read_tagged(paths[0])  # says what is amiss
         counts = count_squares(grey for _, grey in grey_pictures(paths) if grey is not None)
     if counts is None:
         raise SourceError(f"{name}: no chessboard is found whole; show all of it, or say --board, as 10x7")

@@ -121,6 +121,9 @@ def _breaks_off(path: Path, formats: list[str]) -> bool:
                 return False
             size, at = _vint(head, at + 4)
             return size is not None and at + size > length
+        if "mxf" in formats:  # whose head says where its last part begins (SMPTE 377, partition pack); 0 if unknown
+            at = 41 + (head[16] & 127) * (head[16] > 127)
+            return head[:4] == b"\x06\x0e\x2b\x34" and int.from_bytes(head[at : at + 8], "big") >= length
         while "avi" in formats and head[:4] == b"RIFF":
             size = int.from_bytes(head[4:8], "little")
             if size == 0 or at + size > length:  # one that was killed leaves 0, and some count the 8 bytes before

@@ -44,6 +44,8 @@ class Guard:
             self._other.thread_count, self._other.flags = 1, context.flags
         self._others = dict[int | None, np.ndarray]()  # its pictures by their time stamps
         self._is_jpeg, self._is_late, self._was_corrupt = context.name == "mjpeg", is_late, False
+        if self._is_jpeg and not context.is_open:
+            context.options = {**context.options, "err_detect": "explode"}  # where pixels end before the end mark
         self._gaps = Gaps(context.name, bytes(context.extradata or b"")) if context.name in _CODINGS else None
         self._number = 0  # of packets so far
         self._numbers = dict[int | None, int]()  # of packets by their time stamps, until their frames come

@@ -56,6 +56,9 @@ def content_of(data: bytes, name: str) -> Any:
     text = data.decode("utf-8", "replace")
     if lines := _COLMAP_LINE.findall(text):
         return {number: {"colmap": model, "numbers": rest.split()} for number, model, rest in lines}
+    if rows := re.findall(r"^(cam\d)=\[([-+.\deE ;]+)\]", text, re.MULTILINE):  # of Middlebury's data sets
+        size = dict(re.findall(r"^(width|height)=(\d+)", text, re.MULTILINE))
+        return {name: {"camera_matrix": row.replace(";", " "), **size} for name, row in rows}
     if "[image]" in text:  # what ROS's calibrator writes beside its YAML
         return _ost(f"{text}\n")
     given = {key: value.replace(";", " ").split() for key, value in _ASSIGNED.findall(text)}

@@ -15,7 +15,7 @@ _PARTS = re.compile(
 )
 # What real files hold beside the camera that is read: boards, poses, errors, other pictures.
 _HARMLESS = re.compile(
-    r"err|rms|std|sigma|dev|covar|uncert|confid|limit|flag|board|pattern|square|marker|tag|grid|chess|corner|points?$|object"
+    r"err|rms|std|sigma|dev|covar|uncert|confid|limit|flag|board|pattern|square|marker|tag|grid|chess|corner|(?<!principal)points?$|object"
     r"|extrins|rectif|(coef\w*|matrix|mtx)(rows|cols)$|projection(matrix)?$|^proj|pose|quat|^q|rotat|rvec|^rot|trans|essential|fundamental|new|optim|undistorted|valid|distance"
     r"|^file|path|date|time|unit|note|polymorph|sensorsize|pixel|^(sensor|fov|hfov|vfov|board)|^p\d?$|^r\d?$|^num|^nr|^est"
 )
@@ -25,7 +25,7 @@ _LENS = re.compile(
 )
 _DISTANCE = re.compile(r"(?<=\w)dist(?!o|c|\d|k\d)")
 MODEL = re.compile(
-    r"(dist\w*|camera|lens|projection|(camera)?intrinsics?|calibration)?(model|type|modeltype|projection)"
+    r"(dist\w*|cam(era)?|lens|projection|(camera)?intrinsics?|calibration)?(model|type|modeltype|projection)"
 )
 LENS_WORDS = re.compile(
     "fish|equi|kannala|brandt|^kb|brown|conrady|radtan|radial|plumb|rational|omni|mei$|unified|^e?ucm|^ds$|sphere|^fov$"

@@ -21,17 +21,18 @@ _BENT += ("d", "distortions", "coeffs", "kc", "coefficients", "lensdistortion", 
 _PAIRS = ("", "0", "1", "2", "l", "r", "left", "right")
 # The four numbers of a matrix, and the coefficients, one by one.
 _ONE_BY_ONE = {
-    "fx": ("fx", "flx", "focallengthx", "focalx", "fu"),
-    "fy": ("fy", "fly", "focallengthy", "focaly", "fv"),
+    "fx": ("fx", "camfx", "flx", "focallengthx", "focalx", "fu"),
+    "fy": ("fy", "camfy", "fly", "focallengthy", "focaly", "fv"),
     "f": ("f", "focallength", "focal"),
-    "cx": ("cx", "ppx", "principalpointx", "principalptx", "principalx", "u0", "cu", "x0", "centerx"),
-    "cy": ("cy", "ppy", "principalpointy", "principalpty", "principaly", "v0", "cv", "y0", "centery"),
+    "cx": ("cx", "camcx", "ppx", "principalpointx", "principalptx", "principalx", "u0", "cu", "x0", "centerx"),
+    "cy": ("cy", "camcy", "ppy", "principalpointy", "principalpty", "principaly", "v0", "cv", "y0", "centery"),
     "ar": ("ar", "aspectratio"),
     "skew": ("skew", "alphac"),
     **{f"k{n}": (f"k{n}", f"radialdistortion{n}", f"radial{n}", f"radialk{n}", f"distortionk{n}") for n in range(1, 7)},
     **{f"p{n}": (f"p{n}", f"tangentialdistortion{n}", f"tangential{n}", f"tangentialp{n}", f"distortionp{n}")
        for n in (1, 2)},
 }  # fmt: skip
+_ONE_BY_ONE |= {key: (*_ONE_BY_ONE[key], f"camd{n}") for n, key in enumerate(("k1", "k2", "p1", "p2"))}  # of SVO
 ROWS = ("intrinsics", "intrinsic", "cameraintrinsics", "intrinsicparameters", "intrinsicparams")
 _TWO = {"f": ("fc", "focallength", "focal", "f"), "c": ("cc", "principalpoint", "pp", "center", "opticalcenter", "c")}
 
@@ -163,5 +164,6 @@ def is_row(content: Mapping[Any, Any]) -> bool:
 def is_named(content: Mapping[Any, Any]) -> bool:
     """Whether a focal length and a principal point stand under their names."""
     names = {plain(key) for key, value in content.items() if not isinstance(value, Mapping)}
+    names |= {f"{plain(key)}x" for key, value in content.items() if isinstance(value, Mapping) and "x" in value}
     focal = {*_ONE_BY_ONE["fx"], *_ONE_BY_ONE["f"], *_TWO["f"]}
     return {"fx", "width"} <= names or bool(names & focal and names & {*_ONE_BY_ONE["cx"], *_TWO["c"]})

@@ -11,7 +11,7 @@ from dockpose.sources.bags import decoding
 from dockpose.sources.bags.messages import camera_in, is_rectified, picture_in
 from dockpose.sources.bags.opening import opened_files
 from dockpose.sources.bags.storage import Message, Place, Storage, Topic
-from dockpose.sources.bags.video import Packet, Packets, codec_of
+from dockpose.sources.bags.video import Packet, Packets, codec_by, codec_of
 from dockpose.sources.ffmpeg import picture_of
 from dockpose.sources.frames import Callback, Frame, Indexed, SourceError, growing
 
@@ -173,7 +173,8 @@ class Bag(Indexed):
             return self._topic.kind in decoding.VIDEO
         for at in range(len(self._frames)):
             with contextlib.suppress(SourceError):
-                return codec_of(self._message(at).format) is not None
+                message = self._message(at)
+                return (codec_of(message.format) or codec_by(bytes(memoryview(message.data)))) is not None
         return False
 
     def _first_readable(self) -> tuple[str, tuple[int, int] | None]:

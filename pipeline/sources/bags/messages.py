@@ -7,7 +7,8 @@ from typing import Any
 import cv2
 import numpy as np
 from dockpose.camera.camera import Camera
-from dockpose.camera.formats.readers import Described
+from dockpose.camera.formats.described import Described
+from dockpose.camera.formats.readers import check_projection
 from dockpose.camera.image import ImageError, decode
 
 Size = tuple[int, int]  # width and height in pixels
@@ -110,6 +111,8 @@ def camera_in(message: Any, size: Size, tell: Callable[[str], None], is_rectifie
         return None
     if K.size != 9:
         raise ValueError(f"its matrix has {K.size} numbers, where it must have 9")
+    if not is_rectified and P.any():
+        check_projection(P, K.reshape(3, 3), "K")
     whole, matrix = (message.width, message.height), K.reshape(3, 3)
     x, y, *window = _window(message, whole, size, tell)
     _check_middle(matrix, whole, size)

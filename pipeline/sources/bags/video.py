@@ -7,6 +7,7 @@ import av
 from av.codec.context import Flags
 from dockpose.sources.frames import SourceError
 from dockpose.sources.guard import Guard
+from dockpose.sources.rtp.pictures import coding_of
 
 _NEAR, _KEPT = 64, 32  # frames this far ahead are reached by reading on; so many that were decoded are kept
 _CODECS = {"264": "h264", "avc": "h264", "265": "hevc", "hevc": "hevc"}
@@ -19,13 +20,19 @@ def codec_of(name: str) -> str | None:
     return next((codec for part, codec in _CODECS.items() if part in name.lower()), None)
 
 
+def codec_by(data: bytes) -> str | None:
+    """The coding of a packet by its first unit, behind 00 00 01; None of what is none."""
+    head, start, _ = data[:5].partition(b"\0\0\1")
+    return coding_of(data[len(head) + 3 :]).codec if start and not head.strip(b"\0") else None
+
+
 class Packet:
     """A packet in a message, whatever type that has."""
 
     def __init__(self, message: Any) -> None:
         self.data = bytes(memoryview(message.data))
         name = getattr(message, "format", None) or getattr(message, "encoding", "")
-        codec = codec_of(name)
+        codec = codec_of(name) or codec_by(self.data)
         if codec is None:
             raise SourceError(f"has video of the format {name!r}; h264 and h265 are read")
         self.codec = codec

@@ -80,3 +80,10 @@ def test_what_is_asked_for_wrongly_is_named(folder, words, message):
 def test_what_shows_no_board_is_refused():
     with pytest.raises(ValueError, match="no chessboard whole"):
         dockpose.calibrate([("a", np.full((480, 640), 90, np.uint8))], square_m=0.02)
+
+
+def test_a_picture_that_is_damaged_is_told_as_such(tmp_path):
+    whole = cv2.imencode(".png", picture(CHESSBOARD, TRUE, 0))[1].tobytes()
+    (tmp_path / "board.png").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(ValueError, match=r"board\.png: the picture is damaged or cut short"):
+        dockpose.calibrate(tmp_path / "board.png", square_m=0.02)

@@ -9,6 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import av
+import cv2
 import numpy as np
 import pytest
 from dockpose.sources import SourceError, open_frames
@@ -489,3 +490,27 @@ def test_raw_grey_of_16_bits_that_its_container_calls_colours_is_refused(tmp_pat
     write(tmp_path / name, "rawvideo", "gray16le", frames)
     with pytest.raises(SourceError, match=r"grey or in colours \(RGB555\), and does not say which; convert it to FFV1"):
         open_frames(tmp_path / name)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
+def test_an_mxf_that_is_cut_short_is_told(tmp_path, share):
+    frames = [np.random.default_rng(number).integers(0, 255, (480, 640)).astype(np.uint8) for number in range(10)]
+    with av.open(str(tmp_path / "whole.mxf"), "w") as out:
+        stream = out.add_stream("mpeg2video", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
+        for each in frames:
+            out.mux(stream.encode(av.VideoFrame.from_ndarray(each, format="gray").reformat(format="yuv420p")))
+        out.mux(stream.encode(None))
+    data = (tmp_path / "whole.mxf").read_bytes()
+    (tmp_path / "cut.mxf").write_bytes(data[: int(share * len(data))])
+    found, told, _ = taken(tmp_path / "whole.mxf")
+    assert len(found) == 10
+    assert told == []
+    assert "the video is cut short" in taken(tmp_path / "cut.mxf")[1][0]
+
+
+def test_a_jpeg_with_half_its_pixels_and_an_end_is_left_out(tmp_path):
+    picture = np.random.default_rng(0).integers(0, 60, (480, 640)).astype(np.uint8)
+    data = cv2.imencode(".jpg", picture)[1].tobytes()
+    (tmp_path / "a.mjpeg").write_bytes(data + data[: len(data) // 2] + b"\xff\xd9" + 2 * data)
+    assert [frame.index for frame in taken(tmp_path / "a.mjpeg")[0]] == [0, 2, 3]

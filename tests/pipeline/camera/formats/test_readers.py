@@ -559,6 +559,27 @@ FORMS = {
         ),
         fisheye(),
     ),
+    "two of OpenCV's blocks": (
+        "%YAML:1.0\n"
+        + "".join(
+            f"{side}.height: {HEIGHT}\n{side}.width: {WIDTH}\n"
+            f"{side}.D: !!opencv-matrix {{rows: 1, cols: 5, dt: d, data: {FIVE}}}\n"
+            f"{side}.K: !!opencv-matrix {{rows: 3, cols: 3, dt: d, data: {matrix.ravel().tolist()}}}\n"
+            for side, matrix in (("LEFT", K), ("RIGHT", K + 1))
+        ),
+        pinhole(FIVE),
+    ),
+    "the older SVO": (
+        f"cam_model: Pinhole\ncam_width: {WIDTH}\ncam_height: {HEIGHT}\ncam_fx: {FX}\ncam_fy: {FY}\ncam_cx: {CX}\n"
+        f"cam_cy: {CY}\n" + "".join(f"cam_d{number}: {each}\n" for number, each in enumerate(FOUR)),
+        pinhole(FOUR),
+    ),
+    "Middlebury": (
+        f"cam0=[{FX} 0 {CX}; 0 {FY} {CY}; 0 0 1]\ncam1=[1 0 1; 0 1 1; 0 0 1]\ndoffs=131.1\nwidth={WIDTH}\n"
+        f"height={HEIGHT}\nndisp=280\n",
+        pinhole(),
+    ),
+    "x and y": (json.dumps({"focal_length": {"x": FX, "y": FY}, "principal_point": {"x": CX, "y": CY}}), pinhole()),
     "thin prism": (json.dumps({"camera_matrix": K.tolist(), "dist": PRISM, **SIZE}), pinhole(PRISM)),
     "tilted": (json.dumps({"camera_matrix": K.tolist(), "dist": TILTED, **SIZE}), pinhole(TILTED)),
 }
@@ -711,6 +732,10 @@ def test_the_region_of_a_sensor_is_taken_off(write):
         (json.dumps(BY_NAME | {"fx": 0.9, "fy": 1.2} | IMAGE), "its fx of 0.9 is no focal length"),
         (json.dumps(GYROFLOW | {"digital_lens": "gopro_superview"}), "its digital_lens is 'gopro_superview'"),
         (json.dumps(GYROFLOW | {"distortion_model": "poly5"}), "'poly5'"),
+        (
+            "cam_model: ATAN\ncam_fx: 0.5\ncam_fy: 0.8\ncam_cx: 0.5\ncam_cy: 0.5\ncam_d0: 0.9\n",
+            "its cam_model is 'ATAN'",
+        ),
         (json.dumps({"intrinsics": [{"intrinsicId": "1"}], "views": []}), "is a scene of Meshroom"),
         (json.dumps({"CalibrationInformation": {"Cameras": []}}), "is of an Azure Kinect"),
         (

@@ -48,6 +48,12 @@ def test_a_damaged_packet_spoils_its_group_at_most(tmp_path):
     assert all(found[index] == index for index in (*range(14), *range(24, 40)))
 
 
+@pytest.mark.parametrize("codec", ["h264", "h265"])
+def test_a_packet_without_a_format_is_told_by_its_content(tmp_path, codec):
+    path = videos_in_bags.write(tmp_path / "a.mcap", FOXGLOVE, "", videos_in_bags.packets(codec))
+    assert [number_of(frame) for frame in taken(path)[0]] == list(range(40))
+
+
 def test_another_coding_is_refused_by_name(tmp_path):
     path = videos_in_bags.write(tmp_path / "a.mcap", FOXGLOVE, "av1", [b"\x12\0"] * 3)
     with pytest.raises(SourceError, match=r"can be read: the first has video of the format 'av1'; h264 and h265 are"):

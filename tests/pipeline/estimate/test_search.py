@@ -99,7 +99,7 @@ def test_another_number_of_lights_is_named_rather_than_taken_for_a_part_of_the_d
 
 
 def test_nothing_fainter_is_sought_where_another_number_is_named(monkeypatch):
-    monkeypatch.setattr(search, "_faint", lambda *_: pytest.fail("a part of the ring may be taken for the dock"))
+    monkeypatch.setattr(search, "faint_views", lambda *_: pytest.fail("a part of the ring may be taken for the dock"))
     assert drawn(10, 9).message.startswith("10 evenly spaced lights are in view")
 
 

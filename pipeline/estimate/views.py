@@ -18,8 +18,9 @@ from dockpose.thresholds.local import CLEAR_NOISE, RISE_NOISE, each_light
 # Standard deviations of blurs, each twice the one before: a lamp that noise or texture breaks up is one light in one.
 _BLURS_PX = (1.0, 2.0, 4.0)
 # A peak of five standard deviations of the noise is less than one in a picture of a million pixels; of so many only, a
-# few hundred are, and a light is what forms a ring with others.
+# few hundred are, and a light is what forms a ring with others. Above the water it stands as much more as of others.
 _FAINT_NOISE = 3.5
+_FAINT = _FAINT_NOISE, _FAINT_NOISE * CLEAR_NOISE / RISE_NOISE
 _FEWEST = 4  # lights that make a ring
 _SMALLEST_PX2 = 2.0  # from which on areas are told apart
 
@@ -57,7 +58,7 @@ def views(picture: Picture, settings: Settings, before: Markers | None) -> Itera
 
 def faint_views(picture: Picture, settings: Settings) -> Iterator[View]:
     """All lights of ever more blurred pictures, with those that hardly stand out of the noise."""
-    return (_list_of(picture, settings, blur_px, _FAINT_NOISE, _FAINT_NOISE) for blur_px in _BLURS_PX)
+    return (_list_of(picture, settings, blur_px, *_FAINT) for blur_px in _BLURS_PX)
 
 
 def _in_white(picture: Picture) -> Picture | None:

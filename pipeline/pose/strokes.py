@@ -27,6 +27,7 @@ _AROUND = np.exp(1j * math.pi / 4 * np.arange(8)).view(float).reshape(-1, 2)  # 
 _OWN = np.mgrid[-4:5, -4:5].reshape(2, -1).T / 4  # places around a light's middle, in its radii
 _OWN_LEAST_PX = 2.0  # of these: a thinner stroke is brighter where it meets the middle of a pixel
 _OWN = _OWN[np.hypot(*_OWN.T) <= 1]
+_INWARDS = np.array([1.0, 0.75, 0.5])  # radii at which a spoke is looked at; by the last spokes may run together
 _NEIGHBOURS = 1.5  # times the median spacing, within which no light is missing between two
 
 
@@ -65,6 +66,8 @@ def reason_not_lamps(
         what = "between them it is as bright: a hoop or strips, not lights"
     elif _goes_on_beside(light, middles_px, at_rad, gaps_rad, own_px, in_part_px):
         what = "each goes on to one side of it: the ends of lines, not lights"
+    elif _goes_to_the_middle(light, at_rad, gaps_rad, own_px, in_part_px):
+        what = "each goes on to the ring's middle: spokes, not lights"
     elif is_inexact and _goes_on_somewhere(light, middles_px, own_px):
         what = "each goes on beyond it: parts of lines, not lights"
     else:
@@ -128,6 +131,23 @@ def _goes_on_beside(
     next_px = in_part_px(at_rad + gaps_rad / 2, 1 + step * (1 if shares[1] > shares[0] else -1))
     lights[:, 0] = _light_at(light, next_px[:, None] + own_px * _OWN).mean(axis=1) - background
     return _beside(lights)[0] < _DARK
+
+
+def _goes_to_the_middle(
+    light: np.ndarray,
+    at_rad: np.ndarray,
+    gaps_rad: np.ndarray,
+    own_px: float,
+    in_part_px: Callable[[np.ndarray, np.ndarray], np.ndarray],
+) -> bool:
+    """Whether lines lead from lights at angles (N,) half way to the ring's middle, and it is dark between these."""
+    at, between = (
+        _light_at(light, in_part_px(angles_rad[:, None], _INWARDS)[..., None, :] + own_px * _OWN).mean(axis=2)
+        for angles_rad in (at_rad, at_rad + gaps_rad / 2)
+    )
+    background = between[:, :1]
+    on_line, beside = ((one - background) / np.maximum(at[:, :1] - background, 1e-9) for one in (at, between))
+    return bool(np.median(on_line, axis=0).min() > _STRIP and np.median(beside[:, 1]) < _DARK)
 
 
 def _goes_on_somewhere(light: np.ndarray, middles_px: np.ndarray, own_px: float) -> bool:

@@ -1,4 +1,4 @@
-"""Pictures without a dock, drawn by a program of its own: lamps, grids, letters, snow, torches, hoops, spokes."""
+"""Pictures without a dock, drawn by a program of its own: lamps, letters, hoops, cables, windows and more."""
 
 from collections.abc import Callable
 
@@ -15,7 +15,7 @@ def picture(kind: str, seed: int) -> np.ndarray:
     rng = np.random.default_rng([seed, *kind.encode()])
     width, height = SIZES[rng.choice(len(SIZES), p=(0.25, 0.25, 0.3, 0.15, 0.05))]
     light = _background(rng, width, height)
-    KINDS[kind](light, rng)
+    ALL[kind](light, rng)
     light += rng.normal(0, rng.uniform(0.5, 4), light.shape).astype(np.float32)
     grey = np.clip(light, 0, 255).astype(np.uint8)
     return as_jpeg(grey, int(rng.integers(35, 95))) if rng.random() < 0.3 else grey
@@ -145,6 +145,91 @@ def _spokes(light: np.ndarray, rng: np.random.Generator) -> None:
     light += rng.uniform(60, 400) / (1 + np.exp(np.clip(2 * (off - stroke / 2), -30, 30)))
 
 
+def _lit(light: np.ndarray, rng: np.random.Generator, points_px: np.ndarray, spacing_px: float) -> None:
+    """Draw lamps that are alike at points (N, 2), so far apart."""
+    radius = max(1.2, rng.uniform(0.08, 0.2) * min(spacing_px, 0.1 * light.shape[1]))
+    level, halo = rng.uniform(100, 600), rng.uniform(0, 0.5)
+    for x, y in points_px.tolist():
+        _lamp(light, x, y, radius, level * rng.uniform(0.75, 1.0), halo)
+
+
+def _inside(rng: np.random.Generator, light: np.ndarray, points_px: np.ndarray) -> np.ndarray:
+    """Points (N, 2) moved to somewhere in the picture, and without those that are beyond its edge."""
+    size = np.array(light.shape[::-1])
+    moved = points_px - points_px.mean(axis=0) + rng.uniform(0.25, 0.75, 2) * size
+    return moved[((moved > 3) & (moved < size - 3)).all(axis=1)]
+
+
+def _round(rng: np.random.Generator, angles_rad: np.ndarray, radius_px: float) -> np.ndarray:
+    """Points (N, 2) of a circle, seen from far away at any tilt up to 60 degrees."""
+    turn, squeeze = rng.uniform(0, np.pi), rng.uniform(0.5, 1.0)
+    x, y = radius_px * np.cos(angles_rad), squeeze * radius_px * np.sin(angles_rad)
+    return np.column_stack([np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y])
+
+
+def _strings(light: np.ndarray, rng: np.random.Generator) -> None:
+    """One or two bent cables of 8 to 30 lamps each, a few hundredths of their spacing off it."""
+    for _ in range(rng.integers(1, 3)):
+        number, step = int(rng.integers(8, 31)), rng.uniform(0.02, 0.06) * light.shape[1]
+        along = np.cumsum(step * rng.normal(1, 0.03, number))
+        waves = np.sin(np.outer(along / light.shape[1], rng.uniform(1, 9, 3)) + rng.uniform(0, 6.3, 3))
+        heading = rng.uniform(0, 2 * np.pi) + waves @ rng.uniform(0.2, 1.5, 3)
+        points = np.cumsum(step * np.column_stack([np.cos(heading), np.sin(heading)]), axis=0)
+        _lit(light, rng, _inside(rng, light, points), step)
+
+
+def _thirds(light: np.ndarray, rng: np.random.Generator) -> None:
+    """Seven lit things, or a third of them, at places of a ring of 19 to 24."""
+    places, radius = int(rng.integers(19, 25)), rng.uniform(0.15, 0.42) * light.shape[0]
+    kept = rng.choice(places, places // 3 + int(rng.integers(0, 2)), replace=False)
+    _lit(light, rng, _inside(rng, light, _round(rng, 2 * np.pi * kept / places, radius)), 6 * radius / places)
+
+
+def _joints(light: np.ndarray, rng: np.random.Generator) -> None:
+    """Pairs of solder joints of parts along a bent strip, each pair across it, some of them duller."""
+    number, step, bend = int(rng.integers(3, 9)), rng.uniform(0.05, 0.12) * light.shape[1], rng.uniform(0, 0.5)
+    heading = bend * np.arange(number) + rng.uniform(0, 6.3)
+    middle = np.cumsum(step * np.column_stack([np.cos(heading), np.sin(heading)]), axis=0)
+    across = step * rng.uniform(0.15, 0.5) * np.column_stack([-np.sin(heading), np.cos(heading)])
+    points = np.vstack([middle + across, middle - across])
+    _lit(light, rng, _inside(rng, light, points + rng.normal(0, 0.02 * step, points.shape)), 0.3 * step)
+
+
+def _windows(light: np.ndarray, rng: np.random.Generator) -> None:
+    """One to four lit rows of windows, one above the other, in perspective, some of them dark."""
+    rows, columns, step = int(rng.integers(1, 5)), int(rng.integers(4, 16)), rng.uniform(0.04, 0.1) * light.shape[1]
+    x, y = np.meshgrid(np.arange(columns) - columns / 2, (np.arange(rows) - rows / 2) * rng.uniform(0.7, 1.5))
+    nearness = 1 + rng.uniform(-0.5, 0.5) * x / columns
+    points = step * np.column_stack([(x * nearness).ravel(), (y * nearness).ravel()])
+    width, height = max(2, int(rng.uniform(0.2, 0.5) * step)), max(2, int(rng.uniform(0.2, 0.6) * step))
+    for x_px, y_px in _inside(rng, light, points[rng.random(len(points)) > rng.choice([0.0, 0.3])]).astype(int):
+        light[y_px : y_px + height, x_px : x_px + width] += rng.uniform(100, 250)
+
+
+def _clusters(light: np.ndarray, rng: np.random.Generator) -> None:
+    """Two clusters of 3 to 6 lamps, each of them near together."""
+    for _ in range(2):
+        spread = rng.uniform(0.03, 0.1) * light.shape[1]
+        points = rng.normal(0, spread, (int(rng.integers(3, 7)), 2))
+        _lit(light, rng, _inside(rng, light, points), 0.7 * spread)
+
+
+def _arcs(light: np.ndarray, rng: np.random.Generator) -> None:
+    """From 5 to 9 lamps along 40 to 120 degrees of a circle, by hand: 3 % of their spacing off."""
+    number, radius, length = int(rng.integers(5, 10)), rng.uniform(0.3, 0.9) * light.shape[0], rng.uniform(0.7, 2.1)
+    angles = np.linspace(0, length, number) + rng.normal(0, 0.03 * length / number, number)
+    _lit(light, rng, _inside(rng, light, _round(rng, angles, radius)), radius * length / number)
+
+
+def _reflections(light: np.ndarray, rng: np.random.Generator) -> None:
+    """From 3 to 6 lamps and their images in the water's surface, duller and shaken."""
+    height, width = light.shape
+    number, surface = int(rng.integers(3, 7)), rng.uniform(0.35, 0.65) * height
+    points = rng.uniform(0.1, 0.9, (number, 2)) * [width, surface]
+    images = points * [1, -1] + [0, 2 * surface] + rng.normal(0, 0.004 * width, (number, 2))
+    _lit(light, rng, np.vstack([points, images]), 0.1 * width)
+
+
 KINDS: dict[str, Callable[[np.ndarray, np.random.Generator], None]] = {
     "lamps": _lamps,
     "grid": _grid,
@@ -154,3 +239,14 @@ KINDS: dict[str, Callable[[np.ndarray, np.random.Generator], None]] = {
     "hoops": _hoops,
     "spokes": _spokes,
 }
+# Of lamps that are placed as those of a dock are not: where the number of lights is unknown.
+PLACED: dict[str, Callable[[np.ndarray, np.random.Generator], None]] = {
+    "strings": _strings,
+    "thirds": _thirds,
+    "joints": _joints,
+    "windows": _windows,
+    "clusters": _clusters,
+    "arcs": _arcs,
+    "reflections": _reflections,
+}
+ALL = KINDS | PLACED

@@ -64,6 +64,10 @@ OUT = np.column_stack([np.cos(AT), np.sin(AT)])
 PLACES, LAMP_PX = 70 * OUT + [160, 120], 5
 
 
+# From where to where along the radius something is drawn at each place, in pixels.
+LINES = {"spokes": (-70, 0), "wheel": (-70, 30), "strips": (-30, 30), "bars": (-16, 16), "long lamps": (-8, 8)}
+
+
 def painted(kind):
     image = np.full((241, 321), 20, np.uint8)
     if kind == "hoop":
@@ -71,7 +75,7 @@ def painted(kind):
     if kind == "thin hoop with lamps":
         cv2.circle(image, (160, 120), 70, 220, 3, cv2.LINE_AA)
     for place, out in zip(PLACES, OUT, strict=True):
-        ends = {"spokes": (-70, 0), "bars": (-16, 16), "long lamps": (-8, 8)}.get(kind, (0, 0))
+        ends = LINES.get(kind, (0, 0))
         one, other = (tuple(np.rint(place + end * out).astype(int).tolist()) for end in ends)
         cv2.line(image, one, other, 220, 2 * LAMP_PX, cv2.LINE_AA)
     return cv2.GaussianBlur(image, (0, 0), 1)
@@ -86,6 +90,8 @@ def painted(kind):
         ("thin hoop with lamps", 9.0, None),
         ("hoop", 0.1, "a hoop or strips, not lights"),
         ("spokes", 0.1, "the ends of lines, not lights"),
+        ("wheel", 0.1, "spokes, not lights"),
+        ("strips", 0.1, None),  # they end before half way to the middle
         ("bars", 1.6, "parts of lines, not lights"),
         ("bars", 1.2, None),  # in their places, to a fiftieth of the radius, where parts of lines are by chance alone
     ],

@@ -5,7 +5,7 @@ from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
 from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose, rotation_from_angles
-from dockpose.pose.detection import detection_of, judged, why_no_dock
+from dockpose.pose.detection import detection_of, evenly_spaced_part, judged, why_no_dock
 from dockpose.pose.number import odds_of_lit
 from dockpose.pose.solve import find_poses
 from msgspec.structs import replace
@@ -91,3 +91,22 @@ def test_a_number_that_another_focal_length_would_change_is_not_taken_for_told()
     _, choice, _, reason = judged(ring, markers, other, Dock(0.30), float(CAMERA.width * CAMERA.height))
     assert reason is None
     assert (choice.number, choice.focal_px) == (24, pytest.approx(CAMERA.fx, rel=0.05))
+
+
+def test_groups_between_the_lights_places_are_left_out_of_an_evenly_spaced_ring_and_nothing_else_is():
+    """Square on 1 m ahead: nine lights of ten, and a reflection half-way between two on the rim."""
+    places = np.radians(36 * np.append(np.arange(9), 3.5) + 20)
+    points_px = CAMERA.project(np.column_stack([0.15 * np.cos(places), 0.15 * np.sin(places), np.ones(10)]))
+    markers = Markers(points_px, np.full(10, 20), np.full(10, 200))
+    pose = CirclePose(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]), np.zeros(2))
+    choice = Choice((pose, pose), 0, "none", None)
+    is_light = np.arange(10) < 9
+    ring = Ring(np.ones(10, dtype=bool), "All.")
+    part = evenly_spaced_part(ring, markers, choice, CAMERA, DOCK)
+    assert part is not None
+    assert part.on_ring.tolist() == is_light.tolist()
+    assert part.reason == "All. 1 of them lie between places."
+    assert part.ellipse is None
+    assert evenly_spaced_part(Ring(is_light, "All."), markers, choice, CAMERA, DOCK) is None
+    for other in (Dock(0.30), Dock(0.30, 9), Dock(0.30, angles_deg=tuple(36.0 * np.arange(10)))):
+        assert evenly_spaced_part(ring, markers, choice, CAMERA, other) is None

@@ -1,14 +1,16 @@
 # A None where a value is expected fails the test, which is what it should do.
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false, reportCallIssue=false
 # pyright: reportOptionalSubscript=false, reportOptionalIterable=false, reportOptionalOperand=false
+# pyright: reportOperatorIssue=false
 
 import math
+from dataclasses import replace
 
 import msgspec
 import numpy as np
 import pytest
 from dockpose import Dock, Tracker, estimate
-from dockpose.pose.extra import _densities, places_px
+from dockpose.pose.extra import _densities, places_px, with_extra_lights
 from dockpose.simulate import Lights, Pose, render
 from dockpose.simulate.parts import Background, Glare, Lamp
 
@@ -101,6 +103,34 @@ def test_it_is_seen_where_lights_are_followed_too():
     for frame in frames:
         assert np.isfinite(frame.estimate.choice.extra_px).all()
         assert angle_deg(frame.selected, truth) < 5
+
+
+@pytest.mark.parametrize("height_m", [0.15, 0.3])
+@pytest.mark.parametrize("tilt_deg", [{"theta_x_deg": 2.0, "theta_y_deg": 0.0}, {"theta_y_deg": 5.0}])
+def test_where_both_poses_end_up_within_their_errors_neither_is_much_likelier(height_m, tilt_deg):
+    dock = Dock(0.30, 8, extra_lights_m=((0.0, 0.0, height_m),))
+    image, truth = shown(dock, **tilt_deg)
+    found = estimate(image, CAMERA, dock)
+    for pose in found.candidates:
+        # Put there by hand to half a per cent of 0.30 m, over the rod's length, and as the ring's lights may be.
+        assert 0.0015 / height_m < min(pose.sigma_theta_rad) < max(pose.sigma_theta_rad) < 3 * 0.0015 / height_m
+        assert math.radians(angle_deg(pose, truth)) < min(pose.sigma_theta_rad)
+        assert 0.35 < pose.probability < 0.65
+    assert sum(pose.probability for pose in found.candidates) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("least", [0.0, 1e-310, 1e-12])
+def test_a_pose_that_its_lights_rule_out_stays_ruled_out_by_a_lamp_that_is_seen(least):
+    image, truth = shown(DOCK)
+    found = estimate(image, CAMERA, RING)
+    right = min((0, 1), key=lambda k: angle_deg(found.candidates[k], truth))
+    sure = [replace(pose, probability=1.0 if k == right else least) for k, pose in enumerate(found.candidates)]
+    choice, lights = replace(found.choice, candidates=tuple(sure)), found.markers.part(found.ring.on_ring)
+    told = with_extra_lights(choice, image.astype(np.float32), (0, 0), lights, 1e-6, CAMERA, DOCK)
+    assert np.isfinite(told.extra_px).all()
+    assert angle_deg(told.candidates[0], truth) < 1
+    assert [pose.probability for pose in told.candidates] == pytest.approx([1, 0], abs=1e-9)
+    assert told.selected_by == found.choice.selected_by  # the lights had said so
 
 
 def test_its_number_of_lights_untold_it_is_none_of_the_ring():

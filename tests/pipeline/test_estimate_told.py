@@ -8,6 +8,9 @@ import gc
 import json
 import math
 import pickle
+import sys
+from dataclasses import replace
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -86,6 +89,24 @@ def test_to_frame_of_no_dock_is_one_row_and_tables_fit_together(found, nothing):
     assert list(table) == list(found.to_frame())
     assert list(table.dtypes) == list(found.to_frame().dtypes)
     assert len(pandas.concat([found.to_frame(), table])) == 3
+
+
+def test_rows_of_a_table_have_the_same_columns_whatever_was_found(found, nothing, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", SimpleNamespace(DataFrame=list))  # a table is these rows
+    rows, (empty,) = found.to_frame(), nothing.to_frame()
+    assert [list(row) for row in rows] == [list(empty)] * 2
+    for row, pose in zip(rows, found.candidates, strict=True):
+        for kind in ("sigma", "sigma_total"):
+            place, angle = getattr(pose, f"{kind}_position_m"), getattr(pose, f"{kind}_theta_rad")
+            assert [row[f"{kind}_{axis}_m"] for axis in "xyz"] == list(place)
+            assert [row[f"{kind}_theta_{axis}_deg"] for axis in "xy"] == pytest.approx(np.degrees(angle))
+        assert row["selected"] == (pose is found.selected)
+        assert (row["status"], row["level"], row["detection"]) == ("ok", found.threshold.level, found.detection)
+    assert (empty["status"], empty["pose"], empty["selected"], empty["lights_on_ring"]) == ("no_lights", "", False, 0)
+    told = {"status", "pose", "selected", "method", "level", "lights_on_ring", "elapsed_ms", "message"}
+    assert all(math.isnan(value) for key, value in empty.items() if key not in told)
+    few = replace(found, choice=replace(found.choice, candidates=found.candidates[:1]))
+    assert [row["pose"] for row in few.to_frame()] == ["A"]
 
 
 def test_to_frame_without_pandas_is_one_sentence(found, monkeypatch):

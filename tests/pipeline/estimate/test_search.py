@@ -80,6 +80,41 @@ def test_a_ring_is_exact_where_nearly_all_lights_are_in_their_places(rms_px, lig
     assert Found("ok", "", stages, log_chance).is_exact() == is_exact
 
 
+@pytest.mark.parametrize(
+    ("lit", "lights", "log_chance", "is_exact"),
+    [
+        # Of five or more only one that would be chance in a million pictures leaves nothing to better; four are
+        # hardly ever so sure, and one in ten thousand must do.
+        (6, 6, np.log(0.5e-6), True),
+        (6, 6, np.log(2e-6), False),
+        (4, 4, np.log(0.5e-4), True),
+        (4, 4, np.log(2e-4), False),
+        (3, 4, np.log(0.5e-4), False),
+    ],
+)
+def test_four_lights_are_sure_where_more_would_have_to_be_surer(lit, lights, log_chance, is_exact):
+    pose = CirclePose(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]), np.zeros(2), rms_px=0.1)
+    ring = Ring(np.arange(6) < lit, "", lights=lights)
+    stages = look().stages | {"choice": Choice((pose, pose), 0, "spacing", None), "ring": ring}
+    assert Found("ok", "", stages, log_chance).is_exact() == is_exact
+
+
+def test_looks_are_ranked_by_rings_of_five_then_any_then_all_of_the_lights_then_chance():
+    def seen(lit, lights, status, log_chance=-1.0):
+        return Found(status, "", {"ring": Ring(np.arange(8) < lit, "", lights=lights)}, log_chance)
+
+    worst_first = [
+        Found("no_lights", "", {}),
+        seen(7, 8, "not_a_ring", -50.0),
+        seen(8, 8, "not_a_ring", -1.0),  # all of them, if not where they should be
+        seen(4, 8, "ok", -50.0),
+        seen(5, 8, "ok", -20.0),
+        seen(7, 8, "ok", -30.0),
+        seen(8, 8, "ok", -2.0),
+    ]
+    assert sorted(reversed(worst_first), key=Found.rank) == worst_first
+
+
 def drawn(lights: int, told: int, off: float = 0.0, seed: int = 0) -> Estimate:
     """An estimate of so many lamps of three pixels, off their places by a share of the radius, on black."""
     rng = np.random.default_rng(seed)

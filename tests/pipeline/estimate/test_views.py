@@ -103,3 +103,20 @@ def test_a_lamp_that_texture_breaks_up_is_one_light_in_a_blurred_picture():
     found = all_views(image)
     assert len(found[0].lights) > len(PLACES)
     assert any(are_lights(view.lights.points_px) for view in found if view.blur_px)
+
+
+def test_what_is_masked_is_looked_at_in_no_channel_either():
+    """A white spot under a mask, and a red one, which the darkest channel does not show, beside white lights."""
+    image = cv2.merge([discs(*((x, y, 5) for x, y in PLACES))] * 3)
+    cv2.circle(image, (560, 60), 12, (255, 255, 255), -1)
+    cv2.circle(image, (560, 260), 12, (0, 0, 255), -1)
+    settings = Settings(masks=((530, 30, 60, 60),))
+    seen = list(chain.from_iterable(views(picture_in(image, CAMERA, settings), settings, None)))
+    points = {
+        is_white: [view.lights.points_px for view in seen if view.picture.in_white == is_white] for is_white in (0, 1)
+    }
+    assert all(len(each) for each in points.values())
+    for each in chain(*points.values()):
+        assert np.linalg.norm(each - [560, 60], axis=1).min() > 40
+    assert any(np.linalg.norm(each - [560, 260], axis=1).min() < 1 for each in points[False])
+    assert all(are_lights(each) for each in points[True])

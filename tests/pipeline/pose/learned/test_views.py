@@ -1,9 +1,11 @@
 import math
 
+import cv2
 import numpy as np
 import pytest
 from dockpose import Dock
-from dockpose.pose.learned.views import aligned, place_view
+from dockpose.pose.circle import rotation_from_angles
+from dockpose.pose.learned.views import aligned, is_same, place_view
 
 from tests.support.docks import CAMERA, dock_views, nominal
 
@@ -45,3 +47,27 @@ def test_four_lights_are_too_few_for_a_view():
     view = dock_views(nominal(TRUE), 1, count=1, noise_px=0.0)[0]
     less = type(view)(view.name, view.points_px[:4], view.poses)
     assert place_view(less, CAMERA, nominal(TRUE)) is None
+
+
+@pytest.mark.parametrize(("turn_deg", "same"), [(0.0, True), (3.0, True), (10.0, False), (60.0, False), (180.0, False)])
+def test_rotations_a_few_degrees_apart_are_the_same(turn_deg, same):
+    one = rotation_from_angles(0.3, -0.2, 1.0)
+    for axis in np.eye(3):
+        turn = cv2.Rodrigues(math.radians(turn_deg) * axis)[0]
+        assert is_same(one, one @ turn) == same
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_lights_that_some_pictures_do_not_show_are_numbered_by_the_others(seed):
+    """Of eight lights, of which the third is off its place, every picture lacks another one."""
+    true = Dock(0.30, 8, offsets_m=((0, 0, 0), (0, 0, 0), (0.003, 0, 0), *[(0, 0, 0)] * 5))
+    placed, kept = [], []
+    for number, view in enumerate(dock_views(true, seed, count=9, noise_px=0.0, rolls=None)):
+        shown = np.delete(np.arange(8), (3 * number + 4) % 8 if number % 8 != 2 else 0)
+        one = place_view(type(view)(view.name, view.points_px[shown], view.poses), CAMERA, nominal(true))
+        assert one is not None
+        placed.append(one)
+        kept.append(shown)
+    numbered = aligned(placed, nominal(true))
+    assert numbered is not None
+    assert len({int(turn) for one, shown in zip(numbered, kept, strict=True) for turn in (one.lights - shown) % 8}) == 1

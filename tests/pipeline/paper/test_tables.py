@@ -5,7 +5,6 @@ import pytest
 from dockpose import Dock
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.paper import tables
-from dockpose.paper.levels import centres
 from dockpose.paper.tables import TABLES, numbers_of, reproduced
 from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
 
@@ -49,9 +48,7 @@ def test_the_true_centre_is_neither_the_ellipse_s_nor_the_lights_middle():
     points = CAMERA.project(np.array([0.0, 0.0, 1.0]) + ring)
     ellipse = fit_ellipse(points)
     pose = max(circle_poses(ellipse, CAMERA, 0.30), key=lambda pose: pose.normal[1])
-    _, of_ellipse, of_pose = centres(points, ellipse, pose)
-    np.testing.assert_allclose(of_pose, [319.5, 239.5], atol=1e-6)
+    np.testing.assert_allclose(pose.centre_px, [319.5, 239.5], atol=1e-6)
     # 2.7 to 7 px, says docs/method.md, for 10 to 30 degrees at 1 m
-    assert np.linalg.norm(of_ellipse - of_pose) == pytest.approx(7, abs=1)
-    mass_moment, *_ = centres(points[:-3], ellipse, pose)
-    assert np.linalg.norm(mass_moment - of_pose) > 20
+    assert math.dist(ellipse.centre_px, pose.centre_px) == pytest.approx(7, abs=1)
+    assert math.dist(points[:-3].mean(axis=0), pose.centre_px) > 20

@@ -9,7 +9,7 @@ from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.estimate.found import EXACT_OF_AXIS, LITTLE_CHANCE, NO_CHANCE, Found
 from dockpose.estimate.stages import Picture, look
-from dockpose.estimate.views import View, faint_views, views
+from dockpose.estimate.views import View, faint_views, key_of, views
 from dockpose.lights.chance import FIRST_POINTS
 from dockpose.lights.ellipse import MIN_POINTS
 from dockpose.lights.exact import Kind
@@ -46,7 +46,8 @@ def search(
 def _search_by_light(first: Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Found:
     """The best of what one level shows, and of what lights do that each have their own."""
     best, plain = first, [first]
-    for list_of in views(picture, settings, first.stages.get("markers")):
+    tried = {key_of(first.stages["markers"])} if "markers" in first.stages else set[bytes]()
+    for list_of in views(picture, settings, tried):
         for view in list_of:
             is_plain = not view.picture.in_white and not view.blur_px
             if not is_plain and best.is_beyond_chance:
@@ -69,7 +70,7 @@ def _search_by_light(first: Found, picture: Picture, camera: Camera, dock: Dock,
     likelier = [one for one in made if best.status != "ok" or one.log_chance < best.log_chance]
     best = max([best, *likelier], key=Found.rank)
     if best.status != "ok":
-        faint = [_look_at(view, camera, dock, settings) for view in faint_views(picture, settings)]
+        faint = [_look_at(view, camera, dock, settings) for view in faint_views(picture, settings, tried)]
         best = max([best, *(one for one in faint if one.log_chance < NO_CHANCE)], key=Found.rank)
     return best
 

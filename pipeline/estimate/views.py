@@ -40,12 +40,11 @@ class View(NamedTuple):
         return Found("", "", {"threshold": self.threshold, "markers": self.lights})
 
 
-def views(picture: Picture, settings: Settings, before: Markers | None) -> Iterator[Iterator[View]]:
+def views(picture: Picture, settings: Settings, tried: set[bytes]) -> Iterator[Iterator[View]]:
     """Views, each of other lights, list by list: of the grey picture, its darkest channel, and ever more blurred.
 
-    None has the lights that were looked at ``before``.
+    None has lights that were looked at together before, whose keys, as of ``key_of``, are in ``tried``.
     """
-    tried = set() if before is None else {_key(before)}
     yield _views_of(_list_of(picture, settings), tried)
     white = _in_white(picture)
     if white is not None:
@@ -56,9 +55,10 @@ def views(picture: Picture, settings: Settings, before: Markers | None) -> Itera
         yield _views_of(_list_of(picture, settings, blur_px), tried)
 
 
-def faint_views(picture: Picture, settings: Settings) -> Iterator[View]:
-    """All lights of ever more blurred pictures, with those that hardly stand out of the noise."""
-    return (_list_of(picture, settings, blur_px, *_FAINT) for blur_px in _BLURS_PX)
+def faint_views(picture: Picture, settings: Settings, tried: set[bytes]) -> Iterator[View]:
+    """All lights of ever more blurred pictures, with those that hardly stand out of the noise; as ``views``."""
+    every = (_list_of(picture, settings, blur_px, *_FAINT) for blur_px in _BLURS_PX)
+    return (view for view in every if key_of(view.lights) not in tried)
 
 
 def _in_white(picture: Picture) -> Picture | None:
@@ -100,12 +100,12 @@ def _views_of(every: View, tried: set[bytes]) -> Iterator[View]:
         if len(lights) > MAX_POINTS:
             brightness = lights.areas_px * lights.peaks.astype(float)
             lights = lights.part(np.sort(np.argsort(-brightness, kind="stable")[:MAX_POINTS]))
-        key = _key(lights)
+        key = key_of(lights)
         if len(lights) >= _FEWEST and key not in tried:
             tried.add(key)
             yield every._replace(lights=lights, is_whole=bool(mask.all()))
 
 
-def _key(lights: Markers) -> bytes:
-    """What tells sets of lights apart: their centres to a pixel."""
-    return np.rint(lights.points_px).astype(int).tobytes()
+def key_of(lights: Markers) -> bytes:
+    """What tells sets of lights apart: their centres to a pixel, in whichever order."""
+    return np.sort(np.rint(lights.points_px) @ [1, 1j]).tobytes()

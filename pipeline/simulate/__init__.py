@@ -8,14 +8,14 @@ from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Lights, Pose, Sensor
 from dockpose.simulate.render import render
 from dockpose.simulate.scene import Scene, Truth, truth_of
-from dockpose.simulate.sequence import Approach as Approach
+from dockpose.simulate.sequence import Approach, FilmPlan, film
 from dockpose.simulate.sequence import ClosedLoop as ClosedLoop
-from dockpose.simulate.sequence import FilmPlan, film
 from dockpose.simulate.sequence import Hover as Hover
 from dockpose.simulate.sequence import RenderedFrame as RenderedFrame
 from dockpose.simulate.sequence import Sweep as Sweep
 
 __all__ = [
+    "Approach",
     "FilmPlan",
     "Lights",
     "Pose",

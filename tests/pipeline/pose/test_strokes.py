@@ -72,6 +72,8 @@ def painted(kind):
     image = np.full((241, 321), 20, np.uint8)
     if kind == "hoop":
         cv2.circle(image, (160, 120), 70, 220, 2 * LAMP_PX, cv2.LINE_AA)
+    if kind == "plate":  # lit up to the lamps, as bright as they are
+        cv2.circle(image, (160, 120), 68, 220, -1, cv2.LINE_AA)
     if kind == "thin hoop with lamps":
         cv2.circle(image, (160, 120), 70, 220, 3, cv2.LINE_AA)
     for place, out in zip(PLACES, OUT, strict=True):
@@ -88,6 +90,7 @@ def painted(kind):
         ("lamps", 9.0, None),
         ("long lamps", 9.0, None),
         ("thin hoop with lamps", 9.0, None),
+        ("plate", 0.1, None),
         ("hoop", 0.1, "a hoop or strips, not lights"),
         ("spokes", 0.1, "the ends of lines, not lights"),
         ("wheel", 0.1, "spokes, not lights"),

@@ -44,11 +44,10 @@ class Found:
         return complete and rms_px <= max(_EXACT_PX, of_axis * ellipse.semi_axes_px[0])
 
     @property
-    def is_beyond_chance(self) -> bool:
-        """Whether there is a ring that no other picture of it would better, and that the camera's focal length fits."""
-        if self.status != "ok" or self.log_chance >= NO_CHANCE:
-            return False
-        return self.stages["ring"].focal_px is None and self.stages["choice"].focal_px is None
+    def names_another_number(self) -> bool:
+        """Whether there is a whole ring of another number of lights than the dock has."""
+        ring = self.stages.get("ring")
+        return self.status != "ok" and ring is not None and not ring.found and ring.lights is not None
 
     @property
     def leaves_lights(self) -> bool:
@@ -60,6 +59,13 @@ class Found:
             return False
         others = markers.points_px[~ring.on_ring & ~markers.cut]
         return bool((ellipse.distances(others) < ON_RIM * ellipse.semi_axes_px[0]).any())
+
+    def has_no_ring_in(self, markers: Markers) -> bool:
+        """Whether no ring was found among lights that are these, to what is known of any centre."""
+        own = self.stages.get("markers")
+        if self.status != "not_a_ring" or own is None or "ring" not in self.stages or len(own) != len(markers):
+            return False
+        return float(distances(markers.points_px, own.points_px).min(axis=1).max()) < LEAST_PX
 
     def has_better_centres_than(self, other: "Found") -> bool:
         """Whether another look has these lights, worse known, no nearer to an ellipse: if more even, then by luck."""

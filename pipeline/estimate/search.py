@@ -1,24 +1,28 @@
-"""The search for a dock in the pixels of one picture: by one level, then among all that stands out by itself."""
+"""The search for a dock in the pixels of one picture: by one level, by each light's own, by size, and in white."""
 
 import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
+from dockpose.camera.image import darkest_channel
 from dockpose.dock import Dock
 from dockpose.estimate.found import EXACT_OF_AXIS, LITTLE_CHANCE, NO_CHANCE, Found
 from dockpose.estimate.stages import Picture, look
-from dockpose.estimate.views import View, faint_views, key_of, views
 from dockpose.lights.chance import FIRST_POINTS
 from dockpose.lights.ellipse import MIN_POINTS
-from dockpose.lights.exact import Kind
 from dockpose.lights.ring import Ring
 from dockpose.lights.whole import TOLERANCE_OF_AXIS
 from dockpose.settings import Settings
-from dockpose.thresholds import METHODS, MethodError
+from dockpose.thresholds import METHODS, MethodError, Threshold, hats_local, histogram_of
+from dockpose.thresholds.outlines import by_outlines
+from dockpose.thresholds.scales import at_scales
 
 _CLEAR = 3  # looks in which rings are sought that hands have built
+_IN_WHITE = " It shows where the picture is white, in the darkest of its colour channels."
 
 
 def search(
@@ -37,63 +41,77 @@ def search(
     if settings.method != "hats" or not fall_back or first.is_exact():
         return first.status, first.message, first.stages
     best = _search_by_light(first, picture, camera, dock, settings)
+    white = False
     own = "" if best is first or best.status != "ok" else " No one level shows the ring; each light was given its own."
-    if best.status == "ok" and best.stages.get("in_white"):
-        own = " It shows where the picture is white, in the darkest of its colour channels."
-    return best.status, best.message + own, best.stages
+    if best.names_another_number:
+        return best.status, best.message, best.stages
+    if best.status != "ok" or best.stages["ring"].focal_px is not None:
+        second = _search_in_white(picture, camera, dock, settings)
+        if second is not None and second.rank() > best.rank():
+            best, own, white = second, _IN_WHITE, True
+    if best.status != "ok":
+        best = max([best, *_faint(picture, camera, dock, settings)], key=Found.rank)
+    return best.status, best.message + own, best.stages | {"in_white": white}
+
+
+def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Found | None:
+    """What the darkest channel shows, as a sure ring or not at all; None of a picture without colours."""
+    grey = darkest_channel(picture.image)
+    if grey is None:
+        return None
+    counted = picture.histogram.counted
+    if counted is not None:
+        grey[counted == 0] = 0
+    white = replace(picture, grey=grey, histogram=histogram_of(grey, counted), like=None, in_white=True)
+    threshold = METHODS[settings.method](white.histogram, settings.min_area_px, settings.level)
+    found = look(threshold, white, camera, dock, settings)
+    if not found.is_exact():
+        found = _search_by_light(found, white, camera, dock, settings)
+    return found if found.status == "ok" and found.log_chance < LITTLE_CHANCE else None
+
+
+def _faint(picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Iterator[Found]:
+    """Rings beyond chance of lights that hardly stand out of the noise, at each scale."""
+    kind = "of many" if dock.lights is None else "exact"
+    for scale in at_scales(picture.histogram, settings.min_area_px, faint=True):
+        found = look(scale, picture, camera, dock, settings, kind)
+        if found.status == "ok" and found.log_chance < NO_CHANCE:
+            yield found
 
 
 def _search_by_light(first: Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Found:
-    """The best of what one level shows, and of what lights do that each have their own."""
-    best, plain = first, [first]
-    tried = {key_of(first.stages["markers"])} if "markers" in first.stages else set[bytes]()
-    for list_of in views(picture, settings, tried):
-        for view in list_of:
-            is_plain = not view.picture.in_white and not view.blur_px
-            if not is_plain and best.is_beyond_chance:
-                break
-            found = _look_at(view, camera, dock, settings)
-            plain += [found] * is_plain
-            least = NO_CHANCE if view.blur_px else math.inf if is_plain and view.is_whole else LITTLE_CHANCE
-            may_be_it = found.status != "ok" or found.log_chance < least
-            if may_be_it and not best.has_better_centres_than(found):  # a builder's errors are no reason for another
-                best = max(best, found, key=Found.rank)
-            if best.is_exact(EXACT_OF_AXIS):
-                return best
-    clear = [one for one in plain if _is_clear(one)][:_CLEAR]
-    other = _of_another_number(clear[0], best, picture, camera, dock, settings) if clear else None
-    if other is not None:
+    """The best of what one level shows, and of what each light's own level, each scale and each outline do."""
+    best, looks = first, [first]
+    for other, least in _other_looks(picture, settings, dock, looks):
+        # Of an unknown number, any few points of some scale make some ring.
+        kind = "exact" if dock.lights is not None or least == math.inf else "of many"
+        found = look(other, picture, camera, dock, settings, kind, looks)
+        looks.append(found)
+        may_be_it = found.status != "ok" or found.log_chance < least
+        if may_be_it and not best.has_better_centres_than(found):  # a builder's errors are no reason for a blurred look
+            best = max(best, found, key=Found.rank)
+        if best.is_exact(EXACT_OF_AXIS):
+            break
+    clear = [] if best.is_exact(EXACT_OF_AXIS) else list(_clear(looks))
+    # A ring of another number shows in any channel, and has no light near each of the dock's places.
+    is_asked = bool(clear) and not picture.in_white and not (best.rank()[2] and best.is_exact(TOLERANCE_OF_AXIS))
+    other = _of_another_number(clear[0], picture, camera, dock, settings) if is_asked else None
+    if other is not None and other.log_chance < best.log_chance:
         return other
     # Of a ring that hands have built, few lights happen to be in their places; all of them together are less by chance.
-    begun = clear if best.status != "ok" else [best] if best.leaves_lights and _is_clear(best) else []
+    begun = clear if best.status != "ok" else _clear([best]) if best.leaves_lights else ()
     made = [look(one, picture, camera, dock, settings, "handmade") for one in begun]
     likelier = [one for one in made if best.status != "ok" or one.log_chance < best.log_chance]
-    best = max([best, *likelier], key=Found.rank)
-    if best.status != "ok":
-        faint = [_look_at(view, camera, dock, settings) for view in faint_views(picture, settings, tried)]
-        best = max([best, *(one for one in faint if one.log_chance < NO_CHANCE)], key=Found.rank)
-    return best
+    return max([best, *likelier], key=Found.rank)
 
 
-def _look_at(view: View, camera: Camera, dock: Dock, settings: Settings) -> Found:
-    """What a view shows; of an unknown number, any few points of some size make some ring."""
-    kind: Kind = "exact" if dock.lights is not None or (view.is_whole and not view.blur_px) else "of many"
-    found = look(view.found, view.picture, camera, dock, settings, kind)
-    found.stages["in_white"] = view.picture.in_white
-    return found
-
-
-def _of_another_number(
-    clear: Found, best: Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings
-) -> Found | None:
-    """A whole ring of even lights, beyond chance and the best ring, of another number than the dock's; else None."""
+def _of_another_number(clear: Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Found | None:
+    """A whole ring of even lights, beyond chance, of another number than the dock's; None where there is none."""
     if dock.lights is None or dock.angles_deg or dock.offsets_m:
-        return None
-    if best.rank()[2] and best.is_exact(TOLERANCE_OF_AXIS):  # it has no light near each of the dock's places
         return None
     free = msgspec.structs.replace(dock, lights=None)
     found = look(clear, picture, camera, free, settings, "whole")
-    if found.status != "ok" or found.log_chance >= min(NO_CHANCE, best.log_chance):
+    if found.status != "ok" or found.log_chance >= NO_CHANCE:
         return None
     ring: Ring = found.stages["ring"]
     if ring.focal_px is not None or ring.lights == dock.lights or ring.lights != int(ring.on_ring.sum()):
@@ -105,7 +123,37 @@ def _of_another_number(
     )
 
 
-def _is_clear(one: Found) -> bool:
-    """Whether a look shows so few groups that these may be a dock's lights."""
-    markers = one.stages.get("markers")
-    return markers is not None and MIN_POINTS <= len(markers) <= FIRST_POINTS
+def _clear(looks: Sequence[Found]) -> Iterator[Found]:
+    """The first looks that show so few groups that these may be a dock's lights, each of others."""
+    clear: list[Found] = []
+    for one in looks:
+        markers = one.stages.get("markers")
+        if markers is None or len(clear) == _CLEAR or not MIN_POINTS <= len(markers) <= FIRST_POINTS:
+            continue
+        if not any(other.has_no_ring_in(markers) for other in clear):
+            clear.append(one)
+            yield one
+
+
+def _other_looks(
+    picture: Picture, settings: Settings, dock: Dock, looks: Sequence[Found]
+) -> Iterator[tuple[Threshold, float]]:
+    """Thresholds but that of one level, and log of the chance above which a ring of each is none; ``looks`` grow.
+
+    Outlines show lights that run together. Where there is a ring by then, its centres are better known; and along a
+    hoop middles show a ring of some number. All clutter has edges, so that what they show must be beyond chance.
+    What shows no light by any size has no discs that run together; and where a picture is white, lights are small.
+    """
+    histogram = picture.histogram
+    yield hats_local(histogram, settings.min_area_px), math.inf
+    for scale in at_scales(histogram, settings.min_area_px):
+        yield scale, LITTLE_CHANCE
+    is_sure = any(one.status == "ok" and one.log_chance < LITTLE_CHANCE for one in looks)
+    if (
+        dock.lights is not None
+        and not picture.in_white
+        and not is_sure
+        and any(one.status != "no_lights" for one in looks)
+    ):
+        for outlined in by_outlines(histogram, settings.min_area_px):
+            yield outlined, NO_CHANCE

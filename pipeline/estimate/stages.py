@@ -1,6 +1,7 @@
 """One look at a picture, from a threshold on: markers, ring, ellipse, poses and choice."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
@@ -64,9 +65,13 @@ def look(
     dock: Dock,
     settings: Settings,
     kind: Kind = "exact",
+    earlier: Sequence[Found] = (),
 ) -> Found:
-    """What is found from a threshold on, or from the groups of an earlier look, of rings of a kind."""
-    status, message, stages = _find_lights(picture, seen, camera, dock, settings, kind)
+    """What is found from a threshold on, or from the groups of an earlier look, of rings of a kind.
+
+    Of groups in which one of the looks that came before it, ``earlier``, found no ring, there is none.
+    """
+    status, message, stages = _find_lights(picture, seen, camera, dock, settings, kind, earlier)
     if status != "ok":
         return Found(status, message, stages)
     return Found(*judge_ring(picture, camera, dock, stages))
@@ -114,6 +119,7 @@ def _find_lights(
     dock: Dock,
     settings: Settings,
     kind: Kind,
+    earlier: Sequence[Found],
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages from the threshold to the ring."""
     like, ring = picture.like, None
@@ -146,6 +152,9 @@ def _find_lights(
         found = f"{few_in_words(markers, count)}{small} at level {threshold.level}"
         four = " Four do if the dock's number of lights is given: --lights 4." if count == 4 else ""
         return "too_few_markers", f"{found}; an ellipse needs {MIN_POINTS}.{four}", stages
+    same = next((one for one in earlier if one.has_no_ring_in(markers)), None)
+    if same is not None:
+        return same.status, same.message, stages | {"ring": same.stages["ring"]}
     is_new = ring is None
     if ring is None:
         points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)

@@ -92,7 +92,9 @@ def find_markers(
         return _no_markers(dropped)
     height, width = histogram.levels.shape
     cut = np.any(np.hstack([boxes[:, :2] <= 0, boxes[:, 2:] >= [width - 1, height - 1]]), axis=1)
-    if centroid == "grey":
+    if isinstance(groups, PixelGroups) and groups.centres_px is not None:
+        points = groups.centres_px[kept]
+    elif centroid == "grey":
         size = (boxes[:, 2:] - boxes[:, :2]).max(axis=1) + 1
         is_large = size > _MOST_REACH_PX
         is_flat = (areas >= _LEAST_FLAT_PX) & ((saturated >= _FLAT_SHARE * areas) | is_large)

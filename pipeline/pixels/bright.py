@@ -87,6 +87,7 @@ class PixelGroups:
     pixels: BrightPixels
     group_of: np.ndarray  # (n,): number of each one's group, from 0
     count: int  # of groups
+    centres_px: np.ndarray | None = None  # (N, 2): of groups whose middles are known by more than these pixels
     side = 1  # of a square, as of the others
 
     def shapes(self) -> Shapes:

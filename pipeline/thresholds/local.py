@@ -38,11 +38,6 @@ def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:
     Threshold
         It lists the pixels that it keeps; its level is that of its dimmest light, 256 where there is none.
     """
-    return each_light(histogram, min_area_px, RISE_NOISE, CLEAR_NOISE)
-
-
-def each_light(histogram: Histogram, min_area_px: int, rise_noise: float, clear_noise: float) -> Threshold:
-    """As ``hats_local``, of lights that rise, and of pixels above the water, by so many deviations of the noise."""
     whole = histogram.without_glare
     histogram, side = whole.in_squares(ENOUGH_PX)
     min_area_px = math.ceil(min_area_px / side**2)
@@ -52,17 +47,17 @@ def each_light(histogram: Histogram, min_area_px: int, rise_noise: float, clear_
     dark = flat.sketch[:mode].astype(float)
     squares = float(dark @ (mode - np.arange(mode)) ** 2)
     dark_side = math.sqrt(squares / max(dark.sum() + 0.5 * flat.sketch[mode], 1))
-    clear = mode + math.ceil(clear_noise * max(noise, dark_side))
+    clear = mode + math.ceil(CLEAR_NOISE * max(noise, dark_side))
     floor = min(background_limit(flat.sketch), max(lit_limit(flat.sketch, LIT_SHARES[-1]), clear))
     if floor >= LEVELS or (pixels := flat.bright(floor)).is_empty:
         return _nothing(whole, "Nothing stands out above the background.")
     value = continued(histogram.levels, pixels)
-    peaks, saddles, ends, member_of = _peaks(value, pixels, mode, rise_noise * noise)
+    peaks, saddles, ends, member_of = _peaks(value, pixels, mode, RISE_NOISE * noise)
     tops = np.minimum(peaks, LEVELS - 1)
     base = np.maximum(saddles, mode)
     # What is saturated is kept whole, wherever it parts.
     cut = np.where(saddles >= LEVELS, LEVELS - 1, np.maximum(saddles + 1, np.ceil((base + tops) / 2))).astype(int)
-    stands_out = (ends >= 0) | (tops - mode >= rise_noise * noise)
+    stands_out = (ends >= 0) | (tops - mode >= RISE_NOISE * noise)
     kept = (value >= cut[member_of]) & stands_out[member_of]
     area = np.bincount(member_of[kept], minlength=len(peaks))
     lights = np.flatnonzero((area >= min_area_px) & (area <= MOST_SHARE * histogram.levels.size))

@@ -52,6 +52,7 @@ def test_of_lights_that_the_edge_cuts_the_rest_does_not_count():
     assert found.markers is not None
     assert found.ring is not None
     at_edge = (found.markers.boxes_px[:, 1] == 0) | (found.markers.boxes_px[:, 0] == 0)
+    assert at_edge.any()
     assert not found.ring.on_ring[at_edge].any()
     assert judged(found, drawn.position_m, drawn.normal).right
 
@@ -129,6 +130,15 @@ def test_strips_that_point_to_the_middle_are_lights(lights, begin_px, end_px):
     assert found.selected is not None
     # The middles are 100 px from the ring's, square on: a strip's place is its middle.
     assert np.linalg.norm(found.selected.position_m) == pytest.approx(0.15 * 700 / 100, rel=0.02)
+
+
+@pytest.mark.parametrize("lights", [8, 12])
+def test_lamps_at_the_edge_of_a_plate_as_bright_as_they_are_a_ring(lights):
+    camera = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
+    y, x = np.mgrid[0:480, 0:640]
+    plate_px = np.hypot(x - 300, y - 250) - 95
+    found = estimate(shining(np.minimum(lines_px(lights, 100, 100) - 8, plate_px), 0), camera, Dock(0.30, lights))
+    assert found.status == "ok", found.message
 
 
 def bars_px(lights: int) -> np.ndarray:

@@ -16,14 +16,28 @@ from dockpose.simulate.scene import Scene, Truth, dock_rotation, random_stream
 
 
 class Motion(Part, frozen=True, kw_only=True, tag_field="kind"):
-    """What all motions share."""
+    """What all motions share.
+
+    Parameters
+    ----------
+    frames, rate_hz : int and float, hertz
+        Number of frames, and frames per second.
+    drift_m, drift_deg : float, metres and degrees
+        Standard deviations, over many sequences, of the drift and rotation by currents along and about each axis.
+    drift_time_s : float, seconds
+        Shortest period of the drift.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite or out of range.
+    """
 
     frames: int = 100
     rate_hz: float = 10.0
-    # Standard deviations, over many sequences, of the drift and rotation by currents along and about each axis.
     drift_m: float = 0.0
     drift_deg: float = 0.0
-    drift_time_s: float = 4.0  # shortest period of the drift
+    drift_time_s: float = 4.0
 
     _above_0 = ("rate_hz", "drift_time_s")
 
@@ -33,7 +47,13 @@ class Motion(Part, frozen=True, kw_only=True, tag_field="kind"):
 
 
 class Approach(Motion, frozen=True, kw_only=True, tag="approach"):
-    """The distance ahead (z) falls evenly from ``start_m`` to ``end_m``; the dock keeps its place in the picture."""
+    """The distance ahead (z) falls evenly from ``start_m`` to ``end_m``; the dock keeps its place in the picture.
+
+    Parameters
+    ----------
+    start_m, end_m : float, metres
+        Distance in the first and the last frame, above 0.
+    """
 
     start_m: float = 20.0
     end_m: float = 1.0

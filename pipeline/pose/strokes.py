@@ -3,6 +3,7 @@
 import math
 import statistics
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -29,6 +30,20 @@ _OWN_LEAST_PX = 2.0  # of these: a thinner stroke is brighter where it meets the
 _OWN = _OWN[np.hypot(*_OWN.T) <= 1]
 _INWARDS = np.array([1.0, 0.75, 0.5])  # radii at which a spoke is looked at; by the last spokes may run together
 _NEIGHBOURS = 1.5  # times the median spacing, within which no light is missing between two
+
+
+class _Seen(NamedTuple):
+    """A ring's lights, in order around it, and where to look for what is beside them."""
+
+    light: np.ndarray  # (H, W)
+    at_rad: np.ndarray  # (N,): where each is on the ring
+    gaps_rad: np.ndarray  # (N,): on to the next
+    own_px: float  # radius of one
+    in_part_px: Callable[[np.ndarray, np.ndarray], np.ndarray]  # pixels (..., 2) by angles and radii, that broadcast
+
+    def light_in_discs(self, places_px: np.ndarray) -> np.ndarray:
+        """Mean light (...) of as much as a light fills, around places (..., 2)."""
+        return _light_at(self.light, places_px[..., None, :] + self.own_px * _OWN).mean(axis=-1)
 
 
 def reason_not_lamps(
@@ -62,11 +77,12 @@ def reason_not_lamps(
     is_inexact = (pose.rms_px or 0.0) > TOLERANCE_OF_AXIS * camera.fx * dock.radius / pose.position_m[2]
     near = gaps_rad < _NEIGHBOURS * statistics.median(gaps_rad.tolist())
     middles_px = markers.points_px[ring.on_ring][order] - corner_px
-    if _goes_on_between(light, at_rad[near], gaps_rad[near], own_px, in_part_px):
+    seen = _Seen(light, at_rad, gaps_rad, own_px, in_part_px)
+    if _goes_on_between(seen._replace(at_rad=at_rad[near], gaps_rad=gaps_rad[near])):
         what = "between them it is as bright: a hoop or strips, not lights"
-    elif _goes_on_beside(light, middles_px, at_rad, gaps_rad, own_px, in_part_px):
+    elif _goes_on_beside(seen, middles_px):
         what = "each goes on to one side of it: the ends of lines, not lights"
-    elif _goes_to_the_middle(light, at_rad, gaps_rad, own_px, in_part_px):
+    elif _goes_to_the_middle(seen):
         what = "each goes on to the ring's middle: spokes, not lights"
     elif is_inexact and _goes_on_somewhere(light, middles_px, own_px):
         what = "each goes on beyond it: parts of lines, not lights"
@@ -75,78 +91,59 @@ def reason_not_lamps(
     return f"{len(at_rad)} peaks lie on a ring, but {what}."
 
 
-def _goes_on_between(
-    light: np.ndarray,
-    at_rad: np.ndarray,
-    gaps_rad: np.ndarray,
-    own_px: float,
-    in_part_px: Callable[[np.ndarray, np.ndarray], np.ndarray],
-) -> bool:
+def _goes_on_between(seen: _Seen) -> bool:
     """Whether there is as much light (H, W) in the gaps (G,) from lights at angles (G,) on to the next as at these.
 
     Lights that run together are less wide between, and others less bright.
     """
     # Of each pair of neighbours the first, the middle and the second.
-    at_rad = at_rad[:, None] + gaps_rad[:, None] * [0.0, 0.5, 1.0]
-    own = _light_at(light, in_part_px(at_rad, np.ones(3))[..., None, :] + own_px * _OWN).mean(axis=2)
+    gaps_rad, at_rad = seen.gaps_rad, seen.at_rad[:, None] + seen.gaps_rad[:, None] * [0.0, 0.5, 1.0]
+    own = seen.light_in_discs(seen.in_part_px(at_rad, np.ones(3)))
     if not _as_bright_between(own, gaps_rad):  # nor are they above a background, which takes time to tell
         return False
     along_rad = at_rad[..., None] + gaps_rad[:, None, None] * _ALONG
     off = np.minimum(_ACROSS * gaps_rad, _ACROSS)[:, None, None]
-    inner_px, outer_px = (in_part_px(along_rad, 1 + side * off)[..., None, :] for side in (-1, 1))
+    inner_px, outer_px = (seen.in_part_px(along_rad, 1 + side * off)[..., None, :] for side in (-1, 1))
     steps = round(float(np.nanmedian(np.linalg.norm(outer_px - inner_px, axis=-1)))) + 9
     share = np.linspace(0.0, 1.0, steps)[:, None]
-    across = _light_at(light, inner_px * (1 - share) + outer_px * share).mean(axis=2)
+    across = _light_at(seen.light, inner_px * (1 - share) + outer_px * share).mean(axis=2)
     background = np.minimum(across[..., 0].mean(axis=1), across[..., -1].mean(axis=1))[:, None]
     return all(_as_bright_between(one - background, gaps_rad) for one in (across.mean(axis=2), own))
 
 
-def _goes_on_beside(
-    light: np.ndarray,
-    middles_px: np.ndarray,
-    at_rad: np.ndarray,
-    gaps_rad: np.ndarray,
-    own_px: float,
-    in_part_px: Callable[[np.ndarray, np.ndarray], np.ndarray],
-) -> bool:
+def _goes_on_beside(seen: _Seen, middles_px: np.ndarray) -> bool:
     """Whether lights at places (N, 2) are ends of lines: as bright on one side, in or out of the ring, else dark.
 
     Beside a lamp or a strip it is dark on both sides, or bright on both where only its middle was taken for the light.
     Between lines it is dark as well: a plate or a rim that is lit up to the lamps is as bright there.
     """
-    off = np.minimum(_ACROSS * gaps_rad, _ACROSS)
-    ends_px = in_part_px(at_rad[:, None], 1 + off[:, None] * [-1.0, 1.0])
+    off = np.minimum(_ACROSS * seen.gaps_rad, _ACROSS)
+    ends_px = seen.in_part_px(seen.at_rad[:, None], 1 + off[:, None] * [-1.0, 1.0])
     across_px = ends_px[:, 1] - ends_px[:, 0]
-    step_px = 2 * own_px * across_px / np.linalg.norm(across_px, axis=1, keepdims=True)
+    step_px = 2 * seen.own_px * across_px / np.linalg.norm(across_px, axis=1, keepdims=True)
     places_px = middles_px[:, None] + step_px[:, None] * [[-1.0], [0.0], [1.0]]
-    lights = _light_at(light, places_px[:, :, None] + own_px * _OWN).mean(axis=2)
+    lights = seen.light_in_discs(places_px)
     if max(_beside(lights)) <= _GOES_ON:  # nor is it above a background, which takes time to tell
         return False
-    background = _light_at(light, ends_px[:, :, None] + own_px * _OWN).mean(axis=2).min(axis=1)
+    background = seen.light_in_discs(ends_px).min(axis=1)
     lights -= background[:, None]
     shares = _beside(lights)
     if max(shares) <= _GOES_ON or min(shares) >= _DARK:
         return False
     step = 2 * off * np.linalg.norm(step_px, axis=1) / np.linalg.norm(across_px, axis=1)
-    next_px = in_part_px(at_rad + gaps_rad / 2, 1 + step * (1 if shares[1] > shares[0] else -1))
-    lights[:, 0] = _light_at(light, next_px[:, None] + own_px * _OWN).mean(axis=1) - background
+    next_px = seen.in_part_px(seen.at_rad + seen.gaps_rad / 2, 1 + step * (1 if shares[1] > shares[0] else -1))
+    lights[:, 0] = seen.light_in_discs(next_px) - background
     return _beside(lights)[0] < _DARK
 
 
-def _goes_to_the_middle(
-    light: np.ndarray,
-    at_rad: np.ndarray,
-    gaps_rad: np.ndarray,
-    own_px: float,
-    in_part_px: Callable[[np.ndarray, np.ndarray], np.ndarray],
-) -> bool:
+def _goes_to_the_middle(seen: _Seen) -> bool:
     """Whether lines lead from lights at angles (N,) half way to the ring's middle, and it is dark between these."""
-    at, between = (
-        _light_at(light, in_part_px(angles_rad[:, None], _INWARDS)[..., None, :] + own_px * _OWN).mean(axis=2)
-        for angles_rad in (at_rad, at_rad + gaps_rad / 2)
-    )
+    lines = seen.light_in_discs(seen.in_part_px(seen.at_rad[:, None], _INWARDS))
+    if np.median(lines / np.maximum(lines[:, :1], 1e-9), axis=0).min() <= _STRIP:
+        return False  # nor is it above a background, which takes time to tell
+    between = seen.light_in_discs(seen.in_part_px((seen.at_rad + seen.gaps_rad / 2)[:, None], _INWARDS))
     background = between[:, :1]
-    on_line, beside = ((one - background) / np.maximum(at[:, :1] - background, 1e-9) for one in (at, between))
+    on_line, beside = ((one - background) / np.maximum(lines[:, :1] - background, 1e-9) for one in (lines, between))
     return bool(np.median(on_line, axis=0).min() > _STRIP and np.median(beside[:, 1]) < _DARK)
 
 

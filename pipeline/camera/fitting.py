@@ -228,11 +228,6 @@ class FittedPort:
     without_px: float  # error over all boards with no port, of a camera seen as a pinhole in the water
     distances_m: tuple[float, float]  # the least and the largest distance of a board
 
-    @property
-    def glass_is_told(self) -> bool:
-        """Whether the pictures tell the glass's thickness."""
-        return "glass_m" in self.sigmas.values
-
 
 def fit_port(sightings: Sequence[Sighting], camera: Camera) -> FittedPort:
     """Fit the air gap, and where the pictures tell it the glass, of a flat port (Treibitz et al. 2012)."""

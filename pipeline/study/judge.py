@@ -64,6 +64,17 @@ def judge_choice(choice: Choice, position_m: np.ndarray, normal: np.ndarray) -> 
     return signed_errors(best, position_m, normal), best is choice.candidates[choice.selected]
 
 
+def verdicts(found: Estimate, chosen: CirclePose, truth: Truth | CirclePose) -> dict[str, bool]:
+    """What the chosen of an estimate's poses is by the truth, see ``NUMBERS``: the one judgement, of tests as well."""
+    best = nearest(found.candidates, truth.normal)
+    return {
+        "chosen_right": is_right(chosen, truth),
+        "either_right": any(is_right(pose, truth) for pose in found.candidates),
+        "chosen_nearer": bool(chosen.normal @ truth.normal >= best.normal @ truth.normal),
+        "position_right": pose_errors(chosen, truth)[0] <= RIGHT_SHARE * float(np.linalg.norm(truth.position_m)),
+    }
+
+
 def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> Row:
     """Judge what a method found against the truth, as the page of a study says."""
     row: Row = dict.fromkeys(COLUMNS)
@@ -86,12 +97,8 @@ def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> 
     if not has_dock:
         return row
     off_m, angle_deg = pose_errors(chosen, truth)
-    range_m, best = float(np.linalg.norm(truth.position_m)), nearest(found.candidates, truth.normal)
-    row |= {
-        "chosen_right": is_right(chosen, truth),
-        "either_right": any(is_right(pose, truth) for pose in found.candidates),
-        "chosen_nearer": bool(chosen.normal @ truth.normal >= best.normal @ truth.normal),
-        "position_right": off_m <= RIGHT_SHARE * range_m,
+    range_m = float(np.linalg.norm(truth.position_m))
+    row |= verdicts(found, chosen, truth) | {
         "position_error_m": off_m,
         "position_error_share": off_m / range_m,
         "angle_error_deg": angle_deg,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from dockpose.estimate import Estimate
 from dockpose.pose.circle import CirclePose
-from dockpose.study.judge import HOLD_SIGMAS, RIGHT_SHARE, is_right, nearest, pose_errors, signed_errors
+from dockpose.study.judge import HOLD_SIGMAS, nearest, signed_errors, verdicts
 
 SURE = 0.95  # probability from which a pose, and with ``detection`` a dock, is given as right
 
@@ -43,18 +43,19 @@ class Judgement:
 
 def judged(found: Estimate, position_m: np.ndarray, normal: np.ndarray) -> Judgement:
     """Judge an estimate by the dock's true position (3,) and normal (3,)."""
-    chosen, truth = found.selected, CirclePose(position_m, normal, np.zeros(2))
+    chosen = found.selected
     if found.status != "ok" or chosen is None:
         return Judgement(found=False)
     best = nearest(found.candidates, normal)
     sigmas = np.array([*(best.sigma_total_position_m or [0.0] * 3), *(best.sigma_total_theta_rad or [0.0] * 2)])
     off = np.abs(signed_errors(best, position_m, normal)) * [1, 1, 1, *np.radians([1, 1])]
+    of = verdicts(found, chosen, CirclePose(position_m, normal, np.zeros(2)))
     return Judgement(
         found=True,
-        right=is_right(chosen, truth),
-        either=any(is_right(pose, truth) for pose in found.candidates),
-        nearer=bool(chosen.normal @ normal >= best.normal @ normal),
-        near=pose_errors(chosen, truth)[0] <= RIGHT_SHARE * float(np.linalg.norm(position_m)),
+        right=of["chosen_right"],
+        either=of["either_right"],
+        nearer=of["chosen_nearer"],
+        near=of["position_right"],
         holds=tuple((off < HOLD_SIGMAS * sigmas).tolist()),
         probability=chosen.probability or 0.0,
         detection=found.detection or 0.0,

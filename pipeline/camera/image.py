@@ -25,16 +25,10 @@ _DEFECTS = 0.01  # of a picture's pixels; more are no defects of a sensor, of wh
 _SPREAD = 1 / 8  # of a light's height, which its neighbours have at least, however sharp the lens
 ANIMATED = ("GIF", "WEBP", "PNG")  # as Pillow names them; the further pictures of a JPEG are its previews
 # EXIF's numbers of orientations: how a picture lies, and how far to turn it clockwise, where that sets it upright.
-_ORIENTATIONS = {
-    0: ("askew", None),
-    2: ("mirrored", None),
-    3: ("upside down", 180),
-    4: ("mirrored and upside down", None),
-    5: ("mirrored and on its side", None),
-    6: ("on its side", 90),
-    7: ("mirrored and on its side", None),
-    8: ("on its side", 270),
-}
+_OVER = "mirrored and on its side", None
+_ORIENTATIONS: dict[int, tuple[str, int | None]] = {0: ("askew", None), 2: ("mirrored", None), 3: ("upside down", 180)}
+_ORIENTATIONS |= {4: ("mirrored and upside down", None), 5: _OVER, 6: ("on its side", 90), 7: _OVER}
+_ORIENTATIONS |= {8: ("on its side", 270)}
 _PNG_WITH_TAGS = (b"eXIf", b"XML:com.adobe.xmp", b"Raw profile type")  # else Pillow decodes all of it to look for them
 
 

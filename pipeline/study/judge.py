@@ -108,8 +108,7 @@ def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> 
         sigma = row[f"sigma_{name}_{unit}"]
         row[f"error_{name}_{unit}"] = error
         row[f"{name}_in_95"] = abs(error) <= HOLD_SIGMAS * sigma if isinstance(sigma, float) else None
-    # A dock that is reported off the true direction by more than the ring's radius is false: a vehicle would steer by
-    # it.
+    # A dock reported off the true direction by more than the ring's radius is false: a vehicle would steer by it.
     is_beside = _between_rad(chosen.position_m, truth.position_m) > math.atan2(radius_m, range_m)
     row["outcome"] = SUCCESS if row["chosen_right"] else FALSE_DOCK if is_beside else WRONG_POSE
     return row

@@ -4,10 +4,9 @@ import { makeSvg } from "./link.js";
 
 const LEAST_RADIUS_PX = 6;
 
-// The elements of the overlay. `shown` is "annotated", "thresholded" or "original"; of what is annotated, `layers` are
-// drawn. No line runs through a light: all stop at its circle, which is empty.
+// The elements of the overlay. `shown` is "annotated" or "thresholded"; of what is annotated, `layers` are drawn.
+// No line runs through a light: all stop at its circle, which is empty.
 export function overlayParts(overlay, viewport, shown, layers) {
-  if (shown === "original") return [];
   const parts = overlay.masks.map((mask, index) => drawMask(mask, index, viewport));
   const groups = layers.has("lights") ? overlay.groups.map((group) => drawGroup(group, viewport, shown)) : [];
   if (shown !== "annotated") return [...parts, ...groups];
@@ -18,8 +17,7 @@ export function overlayParts(overlay, viewport, shown, layers) {
   parts.push(...poses.map((pose) => drawPose(pose, viewport, holes)));
   if (layers.has("ellipse")) parts.push(...drawRing(overlay, viewport, holes));
   if (layers.has("lights")) parts.push(...overlay.extra.map((at) => drawExtra(at, viewport)));
-  parts.push(...groups, ...drawCentres(overlay, viewport, layers));
-  return layers.has("scale") ? [...parts, ...drawScale(overlay, viewport)] : parts;
+  return [...parts, ...groups, ...drawCentres(overlay, viewport, layers), ...drawScale(overlay, viewport)];
 }
 
 function radiusOf(group, viewport) {

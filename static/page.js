@@ -75,7 +75,10 @@ document.addEventListener("beforeinput", (event) => {
   if (isText && /[^\d.,+\-−\s]/.test(text) && MEASURED.test(viserPage.labelOf(event.target))) event.preventDefault();
 }, true);
 
-// Esc leaves such a box, so that keys are commands again.
+// Esc leaves any box, and so does a choice from its list, so that keys are commands again.
 document.addEventListener("keydown", (event) => {
-  if (event.key === "Escape" && MEASURED.test(viserPage.labelOf(event.target))) document.activeElement.blur();
+  if (event.key === "Escape" && event.target.matches("input, textarea") && !viserPage.hasDialog()) event.target.blur();
+}, true);
+document.addEventListener("click", (event) => {
+  if (viserPage.isChoice(event.target)) setTimeout(() => document.activeElement.blur());
 }, true);

@@ -10,13 +10,11 @@ import { Tools } from "./tools.js";
 import { Viewport } from "./viewport.js";
 
 const ZOOM = 1.5;
-const RING_MARGIN = 0.2; // of its size, at each side
 const SHARP_FROM = 2; // screen pixels in a pixel of the picture, from which each is a sharp square
 const QUICK_MS = 250; // frames that come sooner after each other than that are painted in the quick way
 const KINDS = {
   annotated: ["Annotated", "The picture with all that was found in it. Key: A"],
   thresholded: ["Threshold", "The pixels that the threshold keeps. Key: S"],
-  original: ["Original", "The picture as received. Key: O"],
 };
 const LAYERS = { // of the annotated picture, each with its key
   lights: ["Lights", "l"],
@@ -24,7 +22,6 @@ const LAYERS = { // of the annotated picture, each with its key
   a: ["A", "1"],
   b: ["B", "2"],
   truth: ["Truth", "y"],
-  scale: ["Scale", "b"],
 };
 const HIDDEN = "dockpose hidden layers"; // each browser remembers its own
 
@@ -58,7 +55,7 @@ class Picture extends HTMLElement {
     this.readout = make("output", { class: "readout", "aria-label": "pixel under the pointer" });
     this.frameLabel = make("span", { class: "frame" });
     this.stage = make("div", { class: "stage", tabindex: "0", role: "application" }, this.canvas, this.flat.canvas, this.svg, this.drafts, this.readout);
-    this.stage.setAttribute("aria-label", "Picture. Arrows: pan. Plus, minus: zoom. F: fit. R: ring. X: one to one.");
+    this.stage.setAttribute("aria-label", "Picture. Arrows: pan. Plus, minus: zoom. F: fit.");
     const show = (kind) => () => this.show(kind);
     this.buttons = {};
     for (const [kind, [text, hint]] of Object.entries(KINDS)) this.addButton(kind, text, hint, show(kind));
@@ -68,8 +65,6 @@ class Picture extends HTMLElement {
     this.addButton("in", "+", "Zoom in. Key: +", () => this.zoom(ZOOM));
     this.addButton("out", "−", "Zoom out. Key: -", () => this.zoom(1 / ZOOM));
     this.addButton("fit", "Fit", "Show the whole picture. Key: F", () => this.fit());
-    this.addButton("ring", "Ring", "Zoom to the ring of lights. Key: R", () => this.zoomToRing());
-    this.addButton("same", "1:1", "A pixel of the picture is one of the screen. Key: X", () => this.zoom(1 / this.viewport.scale));
     for (const [name, [text, key]] of Object.entries(LAYERS)) {
       this.addButton(`layer-${name}`, text, `Show it, or hide it. Key: ${key.toUpperCase()}`, () => this.toggleLayer(name));
       this.buttons[`layer-${name}`].setAttribute("aria-pressed", String(this.layers.has(name)));
@@ -77,7 +72,7 @@ class Picture extends HTMLElement {
     const of = (...names) => names.map((name) => this.buttons[name]);
     const kinds = make("div", { class: "group", role: "group", "aria-label": "What is shown" }, ...of(...Object.keys(KINDS)));
     const tools = make("div", { class: "group", role: "group", "aria-label": "Tools" }, ...of("contrast", "mask", "ruler"));
-    const zoom = make("div", { class: "zoom", role: "group", "aria-label": "Zoom" }, ...of("in", "out", "fit", "ring", "same"));
+    const zoom = make("div", { class: "zoom", role: "group", "aria-label": "Zoom" }, ...of("in", "out", "fit"));
     const layers = make("div", { class: "group layers", role: "group", "aria-label": "Layers" }, ...of(...Object.keys(LAYERS).map((name) => `layer-${name}`)));
     const help = make("a", { href: "help#view", target: "_blank", rel: "noopener" }, "Help");
     this.append(this.stage, make("div", { class: "tools" }, kinds, tools, help, this.frameLabel), zoom, layers);
@@ -96,8 +91,7 @@ class Picture extends HTMLElement {
   }
 
   keysOfButtons() {
-    const names = { a: "annotated", s: "thresholded", o: "original", c: "contrast", m: "mask", u: "ruler" };
-    Object.assign(names, { "+": "in", "=": "in", "-": "out", f: "fit", 0: "fit", r: "ring", x: "same" });
+    const names = { a: "annotated", s: "thresholded", c: "contrast", m: "mask", u: "ruler", "+": "in", "=": "in", "-": "out", f: "fit", 0: "fit" };
     for (const [name, [, key]] of Object.entries(LAYERS)) names[key] = `layer-${name}`;
     return Object.fromEntries(Object.entries(names).map(([key, name]) => [key, () => this.buttons[name].click()]));
   }
@@ -170,8 +164,7 @@ class Picture extends HTMLElement {
     this.buttons[`layer-${name}`].setAttribute("aria-pressed", String(this.layers.has(name)));
     localStorage.setItem(HIDDEN, JSON.stringify(Object.keys(LAYERS).filter((one) => !this.layers.has(one))));
     this.tellLayers();
-    if (this.shown === "original") this.show("annotated");
-    else this.draw();
+    this.draw();
   }
 
   // What is exported is drawn alike.
@@ -203,15 +196,6 @@ class Picture extends HTMLElement {
 
   fit() {
     this.viewport.fit();
-    this.draw();
-  }
-
-  zoomToRing() {
-    const lights = this.overlay?.groups.filter((group) => group.onRing).map((group) => group.at) ?? [];
-    const points = [...lights, ...(this.overlay?.outline ?? [])];
-    if (points.length === 0) return;
-    const [xs, ys] = [0, 1].map((part) => points.map((point) => point[part]));
-    this.viewport.show([Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)], RING_MARGIN);
     this.draw();
   }
 

@@ -34,17 +34,9 @@ export class Viewport {
   }
 
   fit() {
-    this.show([-0.5, -0.5, this.width - 0.5, this.height - 0.5], 0);
+    this.scale = Math.min(this.wide / this.width, this.high / this.height, MOST);
+    [this.left, this.top] = [(this.wide - this.width * this.scale) / 2, (this.high - this.height * this.scale) / 2];
     this.fits = true;
-  }
-
-  // Show a part of the picture, from (x0, y0) to (x1, y1), with a margin of so many times its size.
-  show([x0, y0, x1, y1], margin) {
-    const [width, height] = [(1 + 2 * margin) * Math.max(x1 - x0, 1), (1 + 2 * margin) * Math.max(y1 - y0, 1)];
-    this.scale = Math.min(this.wide / width, this.high / height, MOST);
-    this.left = this.wide / 2 - ((x0 + x1) / 2 + 0.5) * this.scale;
-    this.top = this.high / 2 - ((y0 + y1) / 2 + 0.5) * this.scale;
-    this.fits = false;
   }
 
   // Zoom by a factor about a point of the stage, which stays where it is.

@@ -79,6 +79,9 @@ const viserPage = {
     box.dispatchEvent(new Event("input", { bubbles: true }));
   },
 
+  // Whether something is of the choices of an open list.
+  isChoice: (element) => Boolean(element.closest?.("[role=option]")),
+
   // A slider's name, for what is in its track.
   sliderAround: (element) => (element.closest?.(".mantine-Slider-root") ? viserPage.labelOf(element) : ""),
 

@@ -190,7 +190,8 @@ def chips(view: View, fitting_lights: int | None = None) -> list[Chip]:
         hint = "Distances are in proportion to the diameter. Press if it is right; otherwise set it in the tab Tank."
         label = f"The dock's diameter is assumed. Is it {100 * view.dock.diameter:g} cm?"
         found.append(Chip(label, hint, lambda view: with_own_dock(view, view.dock)))
-    if (view.tank.camera is not None or view.camera_of == "tank") and not is_in_force(view):
+    is_simulated = view.scene is not None  # by its own camera and dock
+    if (view.tank.camera is not None or view.camera_of == "tank") and not (is_simulated or is_in_force(view)):
         mine = with_my_tank(view)
         if (mine.camera, mine.dock) != (view.camera, view.dock):
             hint = "Look at this picture with the operator's own camera and dock."

@@ -1,7 +1,7 @@
 import pytest
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
-from dockpose.sidecar import sample_path
+from dockpose.sidecar import sample_names, sample_path
 
 from tests.browser.conftest import visit
 from tests.browser.test_layout import WHOLE
@@ -59,13 +59,32 @@ def test_undo_and_redo_by_keys_and_buttons(page):
     page.until(lambda: page.app.view.camera.fx == 812)
 
 
-def test_keys_turn_pages(page):
-    first = page.app.view.item
+@pytest.mark.parametrize("leave", ["blur", "choice by mouse", "choice by keys", "Escape"])
+def test_keys_turn_pages_also_when_a_list_had_the_focus(page, leave):
+    names = sample_names()
+    page.choose("Sample scene", names[1])
     blur(page)
+    if leave == "choice by mouse":
+        page.choose("Sample scene", names[2])
+    elif leave == "choice by keys":
+        page.box("Sample scene").press("ArrowDown")
+        page.page.get_by_role("listbox").filter(visible=True).wait_for()
+        for key in ("ArrowDown", "Enter"):
+            page.page.keyboard.press(key)
+    elif leave == "Escape":
+        page.box("Sample scene").click()
+        page.page.get_by_role("listbox").filter(visible=True).wait_for()
+        for _ in ("the list", "its box"):
+            page.page.keyboard.press("Escape")
+            page.rest()
+    page.rest()
+    page.until(lambda: page.app.wait_until_idle(0.1) and page.app.view.item in page.status)
+    at = names.index(page.app.view.item)
+    assert (at > 1) == ("choice" in leave)
     page.page.keyboard.press("n")
-    page.until(lambda: page.app.view.item != first and page.app.view.item in page.status)
+    page.until(lambda: page.app.view.item == names[at + 1] and page.app.view.item in page.status)
     page.page.keyboard.press("p")
-    page.until(lambda: page.app.view.item == first)
+    page.until(lambda: page.app.view.item == names[at])
 
 
 def test_dark_mode(page):

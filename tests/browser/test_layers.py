@@ -26,7 +26,7 @@ DEEPEST = """() => {
   }
   return [lights.length, deepest];
 }"""
-KEYS = {"l": "[data-light]", "e": "path.outline", "1": "[data-pose=A]", "2": "[data-pose=B]", "b": "path.scale"}
+KEYS = {"l": "[data-light]", "e": "path.outline", "1": "[data-pose=A]", "2": "[data-pose=B]"}
 
 
 def layer(page, selector):
@@ -72,10 +72,8 @@ def test_each_layer_goes_and_comes_by_its_key_and_stays_away_over_a_reload(page,
     assert layer(page, "[data-pose=B]").count() == 1  # this browser's own
 
 
-def test_ruler_and_one_to_one_have_keys_of_their_own(page):
+def test_ruler_has_a_key_of_its_own(page):
     stage = page.page.locator("dockpose-picture .stage")
     stage.press("u")
     assert page.page.locator("dockpose-picture [data-do=ruler]").get_attribute("aria-pressed") == "true"
     stage.press("Escape")
-    stage.press("x")
-    assert page.page.locator("dockpose-picture").evaluate("one => one.viewport.scale") == pytest.approx(1)

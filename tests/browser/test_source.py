@@ -84,7 +84,7 @@ def test_simulates_with_the_camera_in_use(page):
 def test_several_pictures_at_once_and_turning_pages(page):
     page.send("Upload pictures", *[(f"{name}.png", sample_path(name).read_bytes()) for name in ("plain", "tilted")])
     page.until(lambda: page.has_found("tilted.png"))
-    page.page.get_by_role("button", name="Previous").click()
+    page.page.keyboard.press("p")
     page.until(lambda: page.has_found("plain.png"))
     assert page.box("Uploaded").input_value() == "plain.png"
     page.choose("Uploaded", "tilted.png")
@@ -101,7 +101,7 @@ def test_folder_of_this_machine(page):
     page.choose("File", "tilted.png")
     page.until(lambda: page.has_found("tilted.png"))
     page.until(lambda: page.row_names()[-1] == "Truth")  # the YAML beside it tells it
-    page.page.get_by_role("button", name="Next").click()
+    page.page.keyboard.press("n")
     page.until(lambda: page.app.view.item != "tilted.png")
     assert page.app.view.list_name == "folder"
     page.choose("Sample scene", "plain")
@@ -115,7 +115,7 @@ def test_folder_below_lists_its_own_pictures(page):
     assert page.app.view is before  # choosing a folder leaves the picture
     page.choose("File", "tank/second.png")
     page.until(lambda: page.has_found("tank/second.png"))
-    page.page.get_by_role("button", name="Previous").click()
+    page.page.keyboard.press("p")
     page.until(lambda: page.has_found("tank/first.png"))
     page.choose("Folder", ".")
     page.until(lambda: "tilted.png" in files(page).options)

@@ -42,7 +42,7 @@ class ExportPanel(Panel):
 
     def follow(self, layers: Sequence[str], client: Client) -> None:
         """Draw on the annotated picture what a browser shows over its own, and the numbers."""
-        self._layers[client.client_id] = [name for name in LAYERS if name in layers or name == "text"]
+        self._layers[client.client_id] = [name for name in LAYERS if name in (*layers, "scale", "text")]
 
     def layers(self, client: Client) -> Sequence[str]:
         """The layers to draw on the annotated picture for a browser."""

@@ -22,11 +22,10 @@ from dockpose.simulate import Scene, load_scene
 OWN_PICTURE = "(own picture)"
 NONE_CHOSEN = "(none)"
 SAMPLE_WORDS = read_toml("controls.toml")["source"]["samples"]
-_STEPS = {"Previous": -1, "Next": 1}
 
 
 class SourcePanel(Panel):
-    """Samples, uploads, pictures below ``root`` or ``beside`` the given one, and buttons that turn their pages."""
+    """Samples, uploads, and pictures below ``root`` or ``beside`` the given one."""
 
     table = "source"
 
@@ -45,7 +44,6 @@ class SourcePanel(Panel):
             with_folder = self.changing(self._with_folder, reload=False)
             self._folder = self.add("dropdown", "folder", with_folder, options=tuple(folders), visible=is_there)
             self._file = self.add("dropdown", "file", self._opening("folder"), options=none, visible=is_there)
-            pages = self.add("button_group", "pages", lambda client: self.turn(_STEPS[pages.value], client))
         self._choices = {"samples": self._sample, "uploads": self._uploaded, "folder": self._file}
         self.add_upload(area, "upload", self.changing_by_file(self._with_new_upload))
 

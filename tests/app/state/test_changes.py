@@ -10,9 +10,10 @@ from dockpose.app.processing.analysis import analyse
 from dockpose.app.state import changes as choices
 from dockpose.app.state.camera import with_port, with_these_as_mine
 from dockpose.app.state.parameters import put, with_given_number
-from dockpose.app.state.view import MeasuredPose, open_source, with_sample, with_upload
+from dockpose.app.state.view import MeasuredPose, open_source, with_file, with_sample, with_upload
 from dockpose.dock import Entrance
 from dockpose.pose.known import KnownPose
+from dockpose.sidecar import sample_path
 
 PICTURE = cv2.imencode(".png", np.full((480, 640), 20, np.uint8))[1].tobytes()
 UNEVEN = (0.0, 30.0, 75.0, 120.0, 180.0, 250.5, 300.0)
@@ -256,10 +257,10 @@ def test_many_masks_have_one_chip(view):
     assert pressed(view, "3 masks").settings.masks == ()
 
 
-def test_my_tank_is_offered_where_another_is_in_force(view):
+def test_my_tank_is_offered_where_another_is_in_force_but_not_for_what_is_simulated(view):
     mine = with_these_as_mine(view)
-    assert labels(mine) == []
-    look = with_sample(mine, "flat_port")
+    assert labels(mine) == labels(with_sample(mine, "flat_port")) == []
+    look = with_file(mine, sample_path("flat_port"), "flat_port.png")
     assert pressed(look, "Use My tank").camera == view.camera.for_size(800, 600)
 
 

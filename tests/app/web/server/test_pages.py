@@ -5,7 +5,7 @@ from dockpose.app.web.panels.source import forgotten_sentence
 from dockpose.app.web.server.pages import help_page, own_pages
 
 SECTIONS = (
-    *("view", "annotated", "threshold", "compare", "original"),
+    *("view", "annotated", "threshold", "compare"),
     *("tank", "source", "detect", "pose", "log", "export", "study", "page"),
 )
 

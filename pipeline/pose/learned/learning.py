@@ -52,13 +52,13 @@ def learn_dock(views: Sequence[DockView], camera: Camera, dock: Dock, *, fit_foc
         raise LearningError("the dock must be given by its diameter and its number of evenly spaced lights")
     # Offsets are those within the ring, wherever it stands.
     ring = msgspec.structs.replace(dock, lamp_depth_m=0.0, extra_lights_m=())
-    placed = [each for each in (place_view(view, camera, ring) for view in views) if each is not None]
-    if len(placed) < FEWEST_VIEWS:
+    shown = [(view, each) for view in views if (each := place_view(view, camera, ring)) is not None]
+    if len(shown) < FEWEST_VIEWS:
         raise LearningError(
-            f"can't tell where the lights are: {len(placed)} of {len(views)} views show {FEWEST_LIGHTS} or more lights "
+            f"can't tell where the lights are: {len(shown)} of {len(views)} views show {FEWEST_LIGHTS} or more lights "
             f"of the dock clearly, and {FEWEST_VIEWS} are needed, better 60"
         )
-    start = aligned(placed, ring)
+    start = aligned([each for _, each in shown], ring)
     if start is None:
         raise LearningError(
             "can't tell which light is which from one picture to the next, since the lights look evenly spaced within "
@@ -67,15 +67,14 @@ def learn_dock(views: Sequence[DockView], camera: Camera, dock: Dock, *, fit_foc
     fit = Bundle(start, camera, ring, fit_focal)
     for _ in range(_ROUNDS):
         fit.solve()
-        if not fit.renumber(views):
+        if not fit.renumber([view for view, _ in shown]):
             break
-    learned = _result(fit, dock)
-    known = [tells_roll(view, learned.camera, learned.dock) for view in views]
+    learned = _result(fit, dock, views)
     whole = msgspec.structs.replace(learned.dock, lamp_depth_m=dock.lamp_depth_m, extra_lights_m=dock.extra_lights_m)
-    return replace(learned, dock=whole, roll_share=sum(known) / len(known))
+    return replace(learned, dock=whole)
 
 
-def _result(fit: "Bundle", dock: Dock) -> LearnedDock:
+def _result(fit: "Bundle", dock: Dock, views: Sequence[DockView]) -> LearnedDock:
     """The learned dock. Raises LearningError where the views do not tell it."""
     free = fit.basis.shape[1]
     sigmas = np.sqrt(np.einsum("ij,jk,ik->i", fit.basis, fit.covariance[:free, :free], fit.basis))
@@ -87,23 +86,25 @@ def _result(fit: "Bundle", dock: Dock) -> LearnedDock:
             "best), because the views are too alike: take some with the dock turned by 20 to 40 degrees, to different "
             "sides"
         )
-    if not np.median(sigmas[:, :2]) < limit:
+    if not np.median(sigmas) < limit:
         raise LearningError(
-            f"can't tell where the lights are (to {1000 * np.median(sigmas[:, :2]):.1f} mm at best), because the "
+            f"can't tell where the lights are (to {1000 * np.median(sigmas):.1f} mm at best), because the "
             "dock is too far away or the views are too few"
         )
     q = fit.basis.T @ fit.offsets_m.ravel()
     statistic = float(q @ np.linalg.solve(fit.covariance[:free, :free], q))
+    camera = with_focal(fit.camera, fit.focal)
+    learned = msgspec.structs.replace(fit.learned, lights_sigma_m=math.sqrt(float((sigmas**2).mean())))
     return LearnedDock(
-        dock=msgspec.structs.replace(fit.learned, lights_sigma_m=math.sqrt(float((sigmas**2).mean()))),
+        dock=learned,
         sigmas_m=sigmas,
-        camera=with_focal(fit.camera, fit.focal),
+        camera=camera,
         sigma_focal=math.sqrt(fit.covariance[-1, -1]) if fit.fit_focal else None,
         views=len(fit.placed),
         residual_px=fit.noise_px,
         nominal_px=fit.nominal_px,
         is_uneven=bool(chdtrc(free, statistic) < _SIGNIFICANT),
-        roll_share=0.0,
+        roll_share=sum(tells_roll(view, camera, learned) for view in views) / len(views),
     )
 
 
@@ -113,7 +114,7 @@ def free_offsets(dock: Dock) -> np.ndarray:
     zero, x, y = np.zeros_like(angles), np.cos(angles), np.sin(angles)
     held = [
         *([x, y, zero], [-y, x, zero]),  # larger, turned
-        *([zero + 1, zero, zero], [zero, zero + 1, zero], [zero, zero, zero + 1]),  # moved
+        *np.broadcast_to(np.eye(3)[..., None], (3, 3, len(angles))),  # moved
         *([zero, zero, x], [zero, zero, y]),  # tilted
     ]
     columns = np.array([np.column_stack(each).ravel() for each in held]).T
@@ -186,7 +187,7 @@ class Bundle:
         residuals = self._residuals()
         self.noise_px = _scatter(residuals, 6 * len(self.placed) + size)
         U = np.array(gradients)
-        scatter = inverse @ (U.T @ U) @ inverse * len(U) / (len(U) - 1)
+        scatter = inverse @ (U.T @ U) @ inverse
         own = self.noise_px**2 * inverse
         # The pictures' errors may be alike within each, see dockpose.camera.bundle.sigmas.
         larger = np.sqrt(np.maximum(1.0, np.diag(scatter) / np.diag(own)))
@@ -196,12 +197,11 @@ class Bundle:
     def renumber(self, views: Sequence[DockView]) -> bool:
         """Choose each view's pose and numbering anew, by the offsets found; whether any changed."""
         camera, dock, changed = with_focal(self.camera, self.focal), self.learned, False
-        shown = [view for view in views if place_view(view, self.camera, self._dock) is not None]
-        for index, (view, before) in enumerate(zip(shown, self.placed, strict=True)):
+        for index, (view, before) in enumerate(zip(views, self.placed, strict=True)):
             after = place_view(view, camera, dock)
-            if after is None:
-                continue
-            if np.array_equal(after.lights, before.lights) and is_same(after.rotation, before.rotation):
+            if after is None or (
+                np.array_equal(after.lights, before.lights) and is_same(after.rotation, before.rotation)
+            ):
                 continue
             points = dock.light_points()
             old, new = before.residuals_px(points), after.residuals_px(points)

@@ -199,6 +199,6 @@ def _halves_agree(patterns: Sequence[np.ndarray], count: int) -> bool:
     """Whether every other chain shows the same unevenness as those between them."""
     if len(patterns) < 4:
         return True
-    one, other = (_turns(patterns[half::2], count)[1].ravel() for half in (0, 1))
+    one, other = (_turns(half, count)[1].ravel() for half in (patterns[::2], patterns[1::2]))
     likeness = [float(one @ np.roll(other.reshape(-1, 2), turn, axis=0).ravel()) for turn in range(count)]
     return max(likeness) > _LIKE * float(np.linalg.norm(one) * np.linalg.norm(other))

@@ -25,9 +25,8 @@ def _cone(conic: np.ndarray, fx: float, fy: float, cx: float, cy: float) -> np.n
     yz = fy * (C * cy + (B * cx + E) / 2)
     zz = A * cx * cx + B * cx * cy + C * cy * cy + D * cx + E * cy + F
     xx, xy, yy = fx * fx * A, fx * fy * B / 2, fy * fy * C
-    norm = math.sqrt(xx * xx + yy * yy + zz * zz + 2 * (xy * xy + xz * xz + yz * yz))
-    xx, xy, xz, yy, yz, zz = xx / norm, xy / norm, xz / norm, yy / norm, yz / norm, zz / norm
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    cone = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return cone / np.linalg.norm(cone)
 
 
 def _poses_of_cone(l1: float, l2: float, l3: float, axes: np.ndarray, radius: float) -> np.ndarray:

@@ -13,7 +13,6 @@ import subprocess
 import sys
 import tempfile
 import time
-import tomllib
 from collections import defaultdict
 from multiprocessing import connection
 from multiprocessing.context import ForkProcess
@@ -24,7 +23,6 @@ from tests.bench.mutants.changes import Mutant, all_mutants, kind_of, lines_of, 
 from tests.bench.mutants.running import Clean, load_libraries, run_clean, run_on
 
 ROOT = Path(__file__).resolve().parents[3]
-SAME = Path(__file__).with_name("same.toml")  # that do the same as the code, and why
 GOAL, REACHED = 0.85, 0.69  # shares killed: asked for, and what holds today
 BUDGET_S = 100.0  # of clean tests, the quick ones first, that a mutant is tried on
 QUICK_S = 0.5
@@ -87,7 +85,6 @@ def _try_all(drawn: list[Mutant], end_s: float) -> dict[Mutant, str]:
         process.start()
     clean, outcomes = dict[str, Clean](), dict[Mutant, str]()
     running: dict[Any, tuple[ForkProcess, Mutant, float]] = {}
-    same = {(one["file"], one["before"], one["after"]) for one in tomllib.loads(SAME.read_text())["same"]}
     waiting = list(drawn)
     while running or (waiting and time.monotonic() < end_s):
         for kind in [kind for kind, process in cleaning.items() if process.exitcode is not None]:
@@ -98,11 +95,7 @@ def _try_all(drawn: list[Mutant], end_s: float) -> dict[Mutant, str]:
                 sys.exit(f"no test of {kind} passes on the code as it is")
         for mutant in [one for one in waiting if kind_of(one) in clean][: CORES - len(cleaning) - len(running)]:
             waiting.remove(mutant)
-            source = Path(mutant.file).read_text(encoding="utf-8")
-            text = mutated(source, mutant)
-            if (mutant.file, *_change(source, text)) in same:
-                outcomes[mutant] = "the same"
-                continue
+            text = mutated(Path(mutant.file).read_text(encoding="utf-8"), mutant)
             tests = _in_order(clean[kind_of(mutant)], mutant)
             process = ForkProcess(target=run_on, args=(kind_of(mutant), mutant.file, text, tests))
             process.start()
@@ -145,9 +138,8 @@ def _change(source: str, text: str) -> tuple[str, str]:
 
 
 def _is_enough(outcomes: list[str]) -> bool:
-    tried = [one for one in outcomes if one != "the same"]
-    chance = 1.645 * math.sqrt(REACHED * (1 - REACHED) / max(len(tried), 1))
-    return tried.count("killed") >= (REACHED - chance) * len(tried) > 0
+    chance = 1.645 * math.sqrt(REACHED * (1 - REACHED) / max(len(outcomes), 1))
+    return outcomes.count("killed") >= (REACHED - chance) * len(outcomes) > 0
 
 
 def _report(drawn: list[Mutant], outcomes: dict[Mutant, str], seed: int) -> list[str]:
@@ -156,12 +148,11 @@ def _report(drawn: list[Mutant], outcomes: dict[Mutant, str], seed: int) -> list
     for mutant, outcome in sorted(outcomes.items()):
         if outcome != "killed":
             rows.append(f"{_row(mutant)} {outcome} |")
-    killed, same = (list(outcomes.values()).count(word) for word in ("killed", "the same"))
-    tried = len(outcomes) - same
-    share = 100 * killed / max(tried, 1)
+    killed = list(outcomes.values()).count("killed")
+    share = 100 * killed / max(len(outcomes), 1)
     rows.append(
-        f"\nseed {seed}: {killed} of {tried} killed ({share:.0f} %, asked {100 * GOAL:.0f} %); "
-        f"the same: {same}; {len(drawn)} were drawn"
+        f"\nseed {seed}: {killed} of {len(outcomes)} killed ({share:.0f} %, asked {100 * GOAL:.0f} %); "
+        f"{len(drawn)} were drawn"
     )
     return rows
 

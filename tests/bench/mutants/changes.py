@@ -14,6 +14,8 @@ from cosmic_ray.ast import ast_nodes, get_ast  # pyright: ignore[reportMissingIm
 from cosmic_ray.mutating import mutate_code  # pyright: ignore[reportMissingImports]
 from cosmic_ray.plugins import get_operator  # pyright: ignore[reportMissingImports]
 
+from tests.bench.mutants.same import is_same
+
 PACKAGES = ("estimate", "lights", "pose", "thresholds", "tracking")
 # Those that make what a person might have written; most others end in an error at once, which would flatter.
 OPERATORS = (
@@ -44,13 +46,18 @@ def all_mutants(root: Path) -> Iterator[Mutant]:
     """Every change to the packages that may matter, file by file."""
     for package in PACKAGES:
         for path in sorted((root / "pipeline" / package).rglob("*.py")):
-            nodes = list(ast_nodes(get_ast(path.read_text(encoding="utf-8"))))
-            for name in OPERATORS:
-                operator = _operator(name)
-                places = ((node, start) for node in nodes for start, _ in operator.mutation_positions(node))
-                for occurrence, (node, start) in enumerate(places):
-                    if not _is_idle(node) and not _is_fine_tuning(node):
-                        yield Mutant(path.relative_to(root).as_posix(), start[0], start[1], name, occurrence)
+            yield from changes_to(path.read_text(encoding="utf-8"), path.relative_to(root).as_posix())
+
+
+def changes_to(source: str, file: str) -> Iterator[Mutant]:
+    """Every change to a file that may matter."""
+    nodes = list(ast_nodes(get_ast(source)))
+    for name in OPERATORS:
+        operator = _operator(name)
+        places = ((node, start) for node in nodes for start, _ in operator.mutation_positions(node))
+        for occurrence, (node, start) in enumerate(places):
+            if not is_same(node, name):
+                yield Mutant(file, start[0], start[1], name, occurrence)
 
 
 def mutated(source: str, mutant: Mutant) -> str:
@@ -63,24 +70,6 @@ def mutated(source: str, mutant: Mutant) -> str:
 @cache
 def _operator(name: str) -> Any:
     return get_operator(f"core/{name}")()
-
-
-def _is_idle(node: Any) -> bool:
-    """Whether a node is part of an annotation, a decorator or text."""
-    while (parent := node.parent) is not None:
-        if parent.type in ("fstring", "decorator", "import_from"):
-            return True
-        if parent.type in ("param", "funcdef", "lambdef") and node is parent.annotation:
-            return True
-        if parent.type == "tfpdef" or (parent.type == "annassign" and node is parent.children[1]):
-            return True
-        node = parent
-    return False
-
-
-def _is_fine_tuning(node: Any) -> bool:
-    """Whether a number is so large that one more or less, as the operator makes it, is less than a tenth of it."""
-    return node.type == "number" and abs(ast.literal_eval(node.value)) > 10
 
 
 def kind_of(mutant: Mutant) -> str:

@@ -3,10 +3,9 @@
 The data flows one way: image, threshold, markers, ring, ellipse, poses, choice. Each folder holds one step.
 """
 
-import sys
-from importlib import import_module
-from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import lazy_loader
 
 if TYPE_CHECKING:
     from dockpose.camera.camera import Camera
@@ -49,6 +48,7 @@ __all__ = [
     "register_threshold",
 ]
 
+# All at once take most of a second to import.
 _HOMES = {
     "camera.camera": ("Camera",),
     "camera.files": ("load_camera",),
@@ -64,28 +64,4 @@ _HOMES = {
     "tracking.tracker": ("Track", "Tracked", "Tracker"),
     "vehicle": ("BodyPose", "Mount", "Vehicle", "load_vehicle"),
 }
-
-
-def __getattr__(name: str) -> Any:
-    """Import a public name when it is first asked for: all of them at once take most of a second."""
-    home = next((home for home, names in _HOMES.items() if name in names), None)
-    if home is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{home}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
-
-
-class _Package(ModuleType):
-    """Keeps ``estimate`` the function, though importing the folder of that name would put it there."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        is_folder = name == "estimate" and isinstance(value, ModuleType)
-        super().__setattr__(name, getattr(value, name) if is_folder else value)
-
-
-sys.modules[__name__].__class__ = _Package
+__getattr__, __dir__, _ = lazy_loader.attach(__name__, submod_attrs=_HOMES)

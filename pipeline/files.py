@@ -232,13 +232,22 @@ def _children(node: yaml.Node) -> list[yaml.Node]:
     return node.value if isinstance(node, yaml.SequenceNode) else []
 
 
-def _opencv_matrix(loader: _Reader, node: yaml.Node) -> dict[Any, Any]:
-    if not isinstance(node, yaml.MappingNode):
-        raise yaml.constructor.ConstructorError(None, None, "a matrix without rows, cols and data", node.start_mark)
-    return loader.construct_mapping(node, deep=True)
+_Reader.add_constructor("tag:yaml.org,2002:opencv-matrix", _Reader.construct_yaml_map)
 
 
-_Reader.add_constructor("tag:yaml.org,2002:opencv-matrix", _opencv_matrix)
+class _Writer(yaml.SafeDumper):
+    """Quotes text that the reader would take for a number."""
+
+
+# Numbers as YAML 1.2 has them: to YAML 1.1, which PyYAML reads, 0700 is 448, 1:30 is 90, and 7e2 is text.
+_RESOLVERS = {
+    first: [each for each in found if not each[0].endswith((":int", ":float"))]
+    for first, found in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_Reader.yaml_implicit_resolvers = _Writer.yaml_implicit_resolvers = _RESOLVERS
+_FLOAT = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)"
+for _kind, _form in (("int", r"[-+]?(?:0|[1-9][0-9]*)"), ("float", _FLOAT)):
+    _Reader.add_implicit_resolver(f"tag:yaml.org,2002:{_kind}", re.compile(f"(?:{_form})$"), list("-+.0123456789"))
 
 
 def read_yaml(path: str | Path) -> dict[str, Any]:
@@ -295,4 +304,4 @@ def read_small(path: str | Path, most_bytes: int, *, is_cut: bool = False) -> by
 
 def to_yaml(content: dict[str, Any]) -> str:
     """YAML text of plain Python values, with keys in the given order and floats exact."""
-    return yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)
+    return yaml.dump(content, Dumper=_Writer, sort_keys=False, default_flow_style=None, width=100, allow_unicode=True)

@@ -117,5 +117,5 @@ def test_each_dependency_is_imported_somewhere():
     text = "\n".join(path.read_text(encoding="utf-8") for house in HOUSES for path in layout.files(house))
     for need in needs:
         name = re.split(r"[\[<>=!~ ]", need)[0]
-        module = modules.get(name, name)
+        module = modules.get(name, name.replace("-", "_"))
         assert re.search(rf"^\s*(import|from) {module}\b", text, re.MULTILINE), name

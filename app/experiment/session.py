@@ -15,7 +15,6 @@ from typing import Any
 import cv2
 import msgspec
 import numpy as np
-import yaml
 from dockpose import Estimate
 from dockpose.app.errors import UserError, why
 from dockpose.app.experiment import record as files
@@ -23,7 +22,7 @@ from dockpose.app.experiment.lock import LOCK, FolderLock, InUseError
 from dockpose.app.experiment.record import Row, checked_edit, clean_text, estimate_values, is_session
 from dockpose.app.inputs.received import below, safe_name
 from dockpose.app.resources import versions, with_versions
-from dockpose.files import FileError, remove, remove_temporaries, sync_folder, write_whole
+from dockpose.files import FileError, remove, remove_temporaries, sync_folder, to_yaml, write_whole
 
 _FRAME = re.compile(r"(\d+)\.(?:png|json)")
 _MOST = 500  # sessions that are listed
@@ -177,7 +176,7 @@ def _make_files(folder: Path, info: dict[str, Any]) -> None:
     remove_temporaries(folder)
     (folder / files.FRAMES).mkdir(exist_ok=True)
     write_whole(folder / files.RESULTS, files.EMPTY)
-    write_whole(folder / files.INFO, yaml.safe_dump(info, sort_keys=False, allow_unicode=True).encode())
+    write_whole(folder / files.INFO, to_yaml(info).encode())
     sync_folder(folder)
     sync_folder(folder.resolve().parent)
 

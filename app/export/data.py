@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import msgspec
 import numpy as np
-import yaml
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import (
     LATEX,
@@ -27,6 +26,7 @@ from dockpose.app.drawing.numbers import (
 )
 from dockpose.app.experiment.record import Row, csv_text
 from dockpose.app.resources import with_versions
+from dockpose.files import to_yaml
 
 if TYPE_CHECKING:
     from dockpose.app.processing.analysis import Analysis
@@ -146,7 +146,7 @@ def settings_yaml(analysis: "Analysis") -> str:
     }
     if view.measured is not None:
         content["measured"] = msgspec.to_builtins(view.measured)
-    return yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
+    return to_yaml(content)
 
 
 def to_png(picture: np.ndarray) -> bytes:

@@ -7,8 +7,9 @@ Public are ``open_frames``, ``Frame``, ``Frames`` and ``SourceError``; the other
 May import `dockpose.estimate` and `dockpose.simulate`, since simulated courses can be steered by an estimator.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import lazy_loader
 
 if TYPE_CHECKING:
     from dockpose.sources.bags.bag import Bag
@@ -43,12 +44,4 @@ _HOMES = {
     "pictures": ("PICTURE_ENDINGS", "Pictures", "list_pictures", "numeric"),
     "video": ("Video",),
 }
-
-
-def __getattr__(name: str) -> Any:
-    """Import a name when it is first asked for."""
-    home = next((home for home, names in _HOMES.items() if name in names), None)
-    if home is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    globals()[name] = value = getattr(import_module(f"{__name__}.{home}"), name)
-    return value
+__getattr__, __dir__, _ = lazy_loader.attach(__name__, submod_attrs=_HOMES)

@@ -4,7 +4,9 @@ import os
 import time
 
 import pytest
-from dockpose.files import MOST_BYTES, FileError, GrowingFile, parse_yaml, read_small, read_yaml, write_whole
+from dockpose.files import MOST_BYTES, FileError, GrowingFile, parse_yaml, read_small, read_yaml, to_yaml, write_whole
+from hypothesis import given
+from hypothesis import strategies as st
 
 REPEATED = "a: &a {x: 1}\n" + "".join(
     f"b{i}: &b{i} {{<<: [*{before}, *{before}]}}\n" for i, before in enumerate(["a", *(f"b{i}" for i in range(24))])
@@ -54,6 +56,18 @@ def test_what_is_right_is_read():
         "c": {"x": 2},
         "d": [{"x": 1}, {"x": 1}],
     }
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("0700", 700), ("007.5", 7.5), ("7e2", 700), ("7.0e2", 700), ("-.5", -0.5), ("1:30", "1:30")]
+)
+def test_a_number_is_what_its_digits_say(text, value):
+    assert parse_yaml(f"a: {text}".encode(), "f") == {"a": value}
+
+
+@given(st.one_of(st.floats(), st.integers(), st.text("0123456789.:eExob_+-", max_size=6)))
+def test_what_is_written_is_read_again(value):
+    assert repr(parse_yaml(to_yaml({"a": value}).encode(), "f")) == repr({"a": value})
 
 
 def test_opencvs_own_spelling_is_read():

@@ -57,14 +57,8 @@ def _conditions(count: int, four: tuple[int, ...], dock: Dock) -> tuple[np.ndarr
     G = plane_of(lights)
     (a, b, c), (d, e, f) = G[:, :, 0].T, G[:, :, 1].T
     at_right_angles = np.stack([a * d, b * e, c * f, a * e + b * d, a * f + c * d, b * f + c * e], axis=1)
-    as_long = [
-        (a * a - d * d) / 2,
-        (b * b - e * e) / 2,
-        (c * c - f * f) / 2,
-        a * b - d * e,
-        a * c - d * f,
-        b * c - e * f,
-    ]
+    halves = [(one * one - other * other) / 2 for one, other in ((a, d), (b, e), (c, f))]
+    as_long = [*halves, a * b - d * e, a * c - d * f, b * c - e * f]
     return at_right_angles, np.stack(as_long, axis=1)
 
 

@@ -17,9 +17,10 @@ from dockpose.pose.circle import CirclePose
 from dockpose.pose.solve import both_poses, find_poses
 
 _NUMBERS = 8  # of a homography
-# Focal lengths that are tried, in those of the camera; the chance that one more number fits so much better, and what
-# lights that are in their places by it may be off at the most.
-_TIMES, _NO_CHANCE, _IN_PLACE_PX = 1.1 ** np.arange(-12, 16), 1e-4, 0.5
+# Focal lengths that are tried, in those of the camera; the chance that one more number fits so much better; what lights
+# that are in their places may be off; and what, where they are so by the camera, costs less than to leave them out.
+_TIMES, _NO_CHANCE, _IN_PLACE_PX, _SLIGHT = 1.1 ** np.arange(-12, 16), 1e-4, 0.5, math.log(1.1)
+_SAME_WAY = 0.5  # cosine of the angle between what parts the two poses by either camera, for one to be like the other
 _DOUBTFUL = 20.0  # how many times as far as off their ellipse
 
 
@@ -32,9 +33,8 @@ def other_focal_px(
     """
     count, own_px = len(points_px), choice.candidates[choice.selected].rms_px or 0.0
     is_placed = choice.lights is not None
-    if count * 2 <= _NUMBERS or (is_placed and own_px < max(_IN_PLACE_PX, 2 * ellipse.rms_px)):
-        return None
-    if dock.angles_deg or dock.offsets_m:
+    is_near = is_placed and own_px < max(LEAST_PX, 2 * ellipse.rms_px)
+    if count * 2 <= _NUMBERS or is_near or dock.angles_deg or dock.offsets_m:
         return None
     # A number that was taken by this camera may be wrong as well, where lights are that far off their places by it.
     is_doubtful = own_px > _DOUBTFUL * max(ellipse.rms_px, LEAST_PX)
@@ -50,14 +50,14 @@ def other_focal_px(
     for step in (1.05, 1.025, 1.0125):
         best = min(best, placed(best[1] * step), placed(best[1] / step))
     rms_px, times, lights = best
-    if rms_px > max(_IN_PLACE_PX, 3 * ellipse.rms_px):
+    is_slight = is_placed and own_px < _IN_PLACE_PX and abs(math.log(times)) < _SLIGHT
+    if is_slight or rms_px > max(_IN_PLACE_PX, 3 * ellipse.rms_px):
         return None
     from scipy.special import fdtrc  # takes a third of a second to import, which few pictures need
 
     better = (own_px**2 - rms_px**2) * (2 * count - 7) / max(rms_px, LEAST_PX) ** 2
-    if is_placed and fdtrc(1, 2 * count - 7, max(0.0, better)) > _NO_CHANCE:
-        return None
-    return times * math.sqrt(camera.fx * camera.fy), lights
+    is_chance = is_placed and fdtrc(1, 2 * count - 7, max(0.0, better)) > _NO_CHANCE
+    return None if is_chance else (times * math.sqrt(camera.fx * camera.fy), lights)
 
 
 def poses_by_side(
@@ -77,7 +77,8 @@ def poses_by_side(
         seen_px = camera.undistort(points_px)
         apart, first = _first_is_right(seen_px, 2 * math.pi / lights * told.lights, told.candidates, other)
         own = _rising(poses[0], camera) - _rising(poses[1], camera)
-        first = first if own @ apart > 0 else 1 - first
+        along = float(own @ apart) / max(float(np.linalg.norm(own) * np.linalg.norm(apart)), 1e-30)
+        first = 0.5 if abs(along) < _SAME_WAY else first if along > 0 else 1 - first
     # How far off its focal length is, is what is known of the error.
     off_px = np.array([camera.fx, camera.fy]) * (scale - 1)
     camera = with_errors(camera, ["fx", "fy"], np.outer(off_px, off_px))

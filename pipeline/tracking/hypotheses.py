@@ -42,6 +42,8 @@ class Hypotheses:
     gap_s: float = 0.0  # time since the dock was last seen
     told: float = 0.0  # log-odds of the first by what its frames told of the lights, bounded by what these share
     allowed: float = 0.0  # log-odds that they can have together, however many they are, see ``allowed_by``
+    is_steered: bool = False  # whether it was told how the vehicle moved
+    others: int = 0  # frames that fit another camera than its file's, less those after them that do not
 
     @classmethod
     def begin(cls, found: Estimate, settings: Settings, worth: float) -> Hypotheses | None:
@@ -52,7 +54,7 @@ class Hypotheses:
         first, second = (Chain.begin(pose, settings) for pose in pair)
         allowed = allowed_by(found)
         told = grown(0.0, _log_odds(found, worth), allowed)
-        return cls((first, second), _logistic(told), told=told, allowed=allowed)
+        return cls((first, second), _logistic(told), told=told, allowed=allowed, others=int(_is_of_another(found)))
 
     @property
     def chosen(self) -> int:
@@ -67,8 +69,9 @@ class Hypotheses:
     def predict(self, period_s: float, settings: Settings, command: Command | None = None) -> Hypotheses:
         """Predict both chains for the next frame, in which nothing has been seen yet."""
         first, second = (chain.predict(period_s, settings, command) for chain in self.chains)
-        age, gap_s = self.age + 1, self.gap_s + period_s
-        return replace(self, chains=(first, second), seen=(None, None), age=age, gap_s=gap_s)
+        age, gap_s, is_steered = self.age + 1, self.gap_s + period_s, self.is_steered or command is not None
+        chains = first, second
+        return replace(self, chains=chains, seen=(None, None), age=age, gap_s=gap_s, is_steered=is_steered)
 
     def is_within_reach(self, pair: Pair, settings: Settings) -> bool:
         """Whether the dock, at its top speed, can have reached a frame's candidates since it was last seen."""
@@ -98,8 +101,17 @@ class Hypotheses:
             return None
         squares, distances = _distances(self.chains, pair)
         twins = (found.lights_on_ring or 0) >= MIN_POINTS  # of three or four lights the candidates need not be
-        log_odds = self.evidence(found, distances, worth) if twins else 0.0
-        order, first = posterior(self.first, distances, log_odds, _worth_of_motion(found))
+        is_another, own = _is_of_another(found), allowed_by(found)
+        allowed, log_odds = max(self.allowed, own), 0.0
+        # By another's camera motion is not seen, nor are lights in their places.
+        motion = 0.0 if is_another else WORTH_OF_MOTION
+        if twins and (is_another or not self.others):
+            log_odds = _log_odds(found, worth)
+            way = 1 if posterior(self.first, distances, log_odds, motion)[0] == (0, 1) else -1
+            log_odds = way * (grown(self.told, way * log_odds, allowed) - self.told)
+        # Nor has a side by it another frame's. How a vehicle moves is hardly known, unless that was told.
+        most = _NO_DOCK if self.is_steered else max(own if is_another else allowed, MOST_ODDS)
+        order, first = posterior(self.first, distances, log_odds, motion, max(_DOUBT, _logistic(-min(_NO_DOCK, most))))
         turned = math.radians(settings.max_turn_deg_per_s) * self.gap_s
         gated = (distances <= _GATE) | (squares <= (turned + _GATE_RAD) ** 2)
         if not gated[(0, 1), order].any():
@@ -116,15 +128,9 @@ class Hypotheses:
                 chains[number] = Chain.begin(_twin(pair[order[1 - number]]), settings)
         first = _mixed(first if twins else self.first, pair)
         told = (self.told + (log_odds if order == (0, 1) else -log_odds)) * (1 - 2 * _mixed(0.0, pair))
-        return Hypotheses(
-            (chains[0], chains[1]), first, (seen[0], seen[1]), self.age, 0.0, told, max(self.allowed, allowed_by(found))
-        )
-
-    def evidence(self, found: Estimate, distances: np.ndarray, worth: float) -> float:
-        """Log-odds of a frame's first candidate by its lights, as far as they are new to the frames before."""
-        log_odds = _log_odds(found, worth)
-        way = 1 if posterior(self.first, distances, log_odds, _worth_of_motion(found))[0] == (0, 1) else -1
-        return way * (grown(self.told, way * log_odds, max(self.allowed, allowed_by(found))) - self.told)
+        others = max(0, self.others + (1 if is_another else -1))
+        chained, were = (chains[0], chains[1]), (seen[0], seen[1])
+        return Hypotheses(chained, first, were, self.age, 0.0, told, allowed, self.is_steered, others)
 
 
 def candidates_of(found: Estimate) -> Pair | None:
@@ -166,25 +172,25 @@ def grown(told: float, log_odds: float, allowed: float) -> float:
     return math.copysign(by_noise * allowed / max(by_noise + allowed, 1e-12), told + log_odds)
 
 
-def _worth_of_motion(found: Estimate) -> float:
-    """Weight of the evidence from motion: none where the camera, by which it would be seen, is another's."""
-    return WORTH_OF_MOTION if found.choice is None or found.choice.focal_px is None else 0.0
+def _is_of_another(found: Estimate) -> bool:
+    """Whether a frame's lights fit another camera than its file's."""
+    return found.choice is not None and found.choice.focal_px is not None
 
 
 def posterior(
-    first: float, distances: np.ndarray, log_odds: float, worth_of_motion: float = WORTH_OF_MOTION
+    first: float, distances: np.ndarray, log_odds: float, motion: float = WORTH_OF_MOTION, doubt: float = _DOUBT
 ) -> tuple[tuple[int, int], float]:
     """Which candidate continues each chain, by distances (2, 2), and how probable the first is, see docs/method.md."""
     weights = []  # with which each chain goes on to the first and to the second candidate
     for probability, squares in zip((first, 1 - first), distances.tolist(), strict=True):
         nearest = min(squares)  # so that nothing underflows
         fits = [math.exp(-0.5 * (square - nearest)) for square in squares]
-        moved = probability * math.exp(-0.5 * worth_of_motion * min(nearest, _MOST_DISTANCE)) / sum(fits)
+        moved = probability * math.exp(-0.5 * motion * min(nearest, _MOST_DISTANCE)) / sum(fits)
         weights.append((moved * fits[0] * _logistic(log_odds), moved * fits[1] * _logistic(-log_odds)))
     (kept, crossed), (crossed_back, kept_too) = weights
     total = kept + crossed + crossed_back + kept_too
     order, ours = ((0, 1), kept + crossed_back) if kept + kept_too >= total / 2 else ((1, 0), crossed + kept_too)
-    return order, min(1 - _DOUBT, max(_DOUBT, ours / total))
+    return order, min(1 - doubt, max(doubt, ours / total))
 
 
 def _mixed(first: float, pair: Pair) -> float:

@@ -48,7 +48,10 @@ class Search:
             if (found.detection or 0.0) > (last.found.detection or 0.0):
                 self._last = begin(found, image, time_s) if _is_plain(image) else None
                 return found
-        followed = None if last is None else self._followed(image, last, time_s, settings)
+        followed = None
+        if last is not None and last.found.settings == settings and _is_plain(image):
+            is_same_size = image.shape[:2] == (last.found.height, last.found.width)
+            followed = follow(image, last, self._camera, time_s) if is_same_size else None
         if isinstance(followed, Sighting):
             self._last = followed
             if self._is_live:
@@ -59,14 +62,6 @@ class Search:
         begun = begin(found, image, time_s) if _is_plain(image) else None
         self._last = begun or last
         return found
-
-    def _followed(self, image: Any, last: Sighting, time_s: float | None, settings: Settings) -> Sighting | str:
-        before = last.found
-        if not _is_plain(image):
-            return "the picture is no plain array"
-        if before.settings != settings or image.shape[:2] != (before.height, before.width):
-            return "settings or size have changed"
-        return follow(image, last, self._camera, time_s)
 
     def _search_beside(self, image: np.ndarray, followed: Estimate) -> None:
         """Begin to search a frame that was followed, if the last such search is done and long enough ago."""

@@ -341,13 +341,19 @@ def report(name: str, came: Sequence[Came]) -> None:
         f" sure {sum(one.judged.sure for one in found):4} sure and wrong"
         f" {sum(one.judged.sure and not one.judged.right for one in found):3}"
         f" nearer where p>=.95 {share([one.nearer for one in decided], max(1, len(decided)))}"
-        f" holds {' '.join(f'{100 * each:.0f}' for each in holds.mean(axis=0)) if len(holds) else '-'}",
+        f" holds {' '.join(f'{100 * each:.0f}' for each in holds.mean(axis=0)) if len(holds) else '-'}"
+        f" camera questioned {sum(_is_questioned(one) for one in came)}",
         flush=True,
     )
     if name == "2 to 9 m":
         bins([(one.judged.probability, one.judged.nearer) for one in found])
         off = sum(one.judged.probability >= SURE and not one.judged.right for one in found)
         print(f"    of {len(decided)} with p >= .95 {off} are off by more than 5 % or 5 degrees")
+
+
+def _is_questioned(came: Came) -> bool:
+    """Whether the message names another focal length than the camera's."""
+    return "check the camera file" in came.message
 
 
 def bins(pairs: Sequence[tuple[float, bool]]) -> None:
@@ -429,6 +435,7 @@ REACHED = {
     "a third of a ring": (0.0, 0.0, 0.05),
 }
 FRAMES_REACHED = {FILMS[0]: 0.0, FILMS[1]: 0.01, FILMS[2]: 0.0}  # of all, sure of the wrong pose
+QUESTIONED_REACHED = 0.99  # of another camera's pictures, those whose message says so; of the right one's none
 NEARER_REACHED = 0.978  # of all given p >= .95
 
 
@@ -447,6 +454,11 @@ def test_the_choice_in_a_picture(kind: str, pool: Pool):
     sides = [one.side for one in came if one.side is not None]
     assert sum(one.judged.right for one in came) >= at_least(right, len(came))
     assert sum(sides) >= at_least(side, len(sides))
+    questioned, found = sum(map(_is_questioned, came)), sum(one.judged.found for one in came)
+    if kind.startswith("focal"):
+        assert questioned >= at_least(QUESTIONED_REACHED, found)
+    else:
+        assert questioned <= at_most(0.001, found)
     assert sum(one.judged.sure and not one.side for one in came) <= at_most(sure, len(came))
     if sure < 0.05 and not kind.startswith("focal"):  # of another camera the attitude is off by itself
         decided = [one.judged.nearer for one in came if one.judged.found and not one.judged.undecided]

@@ -50,6 +50,20 @@ def test_the_right_camera_has_no_other_focal_length_nor_have_lights_that_hands_s
             assert other_focal_px(points, CAMERA, dock, *find_poses(points, CAMERA, dock)) is None
 
 
+@pytest.mark.parametrize(
+    ("times", "angles", "is_told"),
+    [(0.6, (0.12, -0.16), True), (1.6, (0.12, -0.16), True), (1.06, (0.25, -0.4), False), (0.94, (0.25, -0.4), False)],
+)
+def test_by_less_than_half_a_pixel_a_focal_length_shows_that_is_off_by_more_than_a_tenth(times, angles, is_told):
+    rotation, camera = rotation_from_angles(*angles), scaled(times)
+    for seed in range(5):
+        points = seen(rotation, position=np.array([0.1, -0.05, 1.2]), noise_px=0.02, seed=seed)
+        ellipse, choice = find_poses(points, camera, DOCK)
+        assert 3 * ellipse.rms_px < (choice.candidates[0].rms_px or 0.0) < 0.5
+        told = other_focal_px(points, camera, DOCK, ellipse, choice)
+        assert told == ((pytest.approx(CAMERA.fx, rel=0.05), 24) if is_told else None)
+
+
 def test_the_side_stays_open_where_noise_hides_it():
     sure = 0
     for seed in range(40):

@@ -419,3 +419,48 @@ def test_a_frame_with_one_candidate_alone_continues_either_chain():
         tracker.follow(with_odds(found, first), 0.0)
         tracked = tracker.follow(alone, 0.1)
         assert (tracked.index, tracked.selected, tracked.pose) == (0, found.candidates[1], found.candidates[1])
+
+
+def wandering(step, first=0.6):
+    """A frame whose lights hardly tell, and whose second pose turns by several degrees to and fro."""
+    found = with_odds(shown((0.1, 0.0, 1.5), facing(10, 20), seed=step), first)
+    one, other = found.candidates
+    turned = replace(
+        other, normal=cv2.Rodrigues(np.array([0.0, math.radians(6 * (-1) ** step), 0.0]))[0] @ other.normal
+    )
+    return replace(found, choice=replace(found.choice, candidates=(one, turned)))
+
+
+@pytest.mark.parametrize("is_told", [False, True])
+def test_motion_makes_a_track_sure_only_where_it_was_told(is_told):
+    tracker, still = Tracker(CAMERA, DOCK), (np.zeros(3), np.eye(3))
+    for step in range(20):
+        result = tracker.follow(wandering(step), 0.1 * step, still if is_told else None)
+    assert result.index == 0
+    assert (result.track.probability >= 0.95) == is_told
+    assert result.track.probability > 0.8
+
+
+def moving(step, first, focal_px):
+    """A frame of a dock that moves, whose first pose has this probability, and which fits this focal length."""
+    found = with_odds(shown((0.02 * step, 0.0, 1.5), facing(10, 20), seed=step), first)
+    return replace(found, choice=replace(found.choice, focal_px=focal_px))
+
+
+@pytest.mark.parametrize("focal_px", [1000.0, None])
+def test_a_camera_file_that_frames_have_shown_to_be_off_does_not_choose_by_places_in_the_next(focal_px):
+    tracker = Tracker(CAMERA, DOCK)
+    before = [tracker.follow(moving(step, 0.99, focal_px), 0.1 * step).index for step in range(10)]
+    after = [tracker.follow(moving(step, 0.01, None), 0.1 * step).index for step in range(10, 18)]
+    assert before == [0] * 10
+    assert after[-1] == (1 if focal_px is None else 0)
+
+
+def test_by_another_camera_a_track_is_no_surer_than_its_last_frame():
+    tracker = Tracker(CAMERA, DOCK)
+    chances = [
+        tracker.follow(moving(step, first, 1000.0), 0.1 * step).track.probability
+        for step, first in enumerate([0.9999] * 10 + [0.6])
+    ]
+    assert min(chances[3:10]) > 0.95
+    assert chances[10] < 0.95

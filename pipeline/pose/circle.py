@@ -126,7 +126,7 @@ class CirclePose:
     @property
     def covariance(self) -> np.ndarray | None:
         """Covariance (6, 6) in ROS's order, m and rad about the camera's axes, roll unknown; None if not computed."""
-        return None if self.errors is None else self.errors.in_camera()
+        return None if self.errors is None else self.errors.in_camera(total=False)
 
     @property
     def covariance_total(self) -> np.ndarray | None:

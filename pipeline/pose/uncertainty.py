@@ -269,7 +269,7 @@ class PoseErrors:
         each: dict[str | None, np.ndarray] = {None: self.total, **self.parts}
         return {part: deviations(covariance, self.rotation, 1.0) for part, covariance in each.items()}
 
-    def in_camera(self, *, total: bool = False) -> np.ndarray:
+    def in_camera(self, *, total: bool) -> np.ndarray:
         """See :attr:`CirclePose.covariance` and :attr:`CirclePose.covariance_total`."""
         covariance = (self.total if total else self.parts["picture"]).copy()
         covariance[5], covariance[:, 5] = 0.0, 0.0

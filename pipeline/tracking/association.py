@@ -55,8 +55,7 @@ def mapped(before_px: np.ndarray, now_px: np.ndarray, within_px: float) -> tuple
         return None
     p, q = (points[known, 0] + 1j * points[known, 1] for points in (before_px, now_px))
     one, other = np.triu_indices(len(known), 1)
-    step = -(-len(one) // _MOST_PAIRS)
-    one, other = one[::step], other[::step]
+    one, other = (each[:: math.ceil(len(one) / _MOST_PAIRS)] for each in (one, other))
     apart = np.abs(p[one] - p[other]) > 0
     one, other = one[apart], other[apart]
     turn = (q[one] - q[other]) / (p[one] - p[other])

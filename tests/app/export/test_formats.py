@@ -16,7 +16,7 @@ from dockpose.app.drawing.colours import POSE_COLOURS, TRUTH_COLOUR, bgr
 from dockpose.app.drawing.figures import picture_figure, to_png, to_svg
 from dockpose.app.export.recordings.ros import covariance, pose_yaml
 from dockpose.app.export.report import histogram_figure
-from dockpose.estimate.geometry import pose_lines, scale_bar
+from dockpose.estimate.geometry import pose_lines
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.pose.known import KnownPose
 from dockpose.pose.solve import find_poses
@@ -100,15 +100,6 @@ def test_each_layer_of_the_png_changes_something_of_its_own(layer):
     assert (annotate(PICTURE, FOUND, layers=[layer], truth=TRUTH) != plain).any()
     with pytest.raises(ValueError, match="layers has 'lamps'"):
         annotate(PICTURE, FOUND, layers=["lamps"])
-
-
-def test_the_scale_is_a_round_length_at_the_docks_distance():
-    length_m, length_px = scale_bar(FOUND)
-    assert length_m in (0.2, 0.1, 0.5)
-    # A pinhole of f pixels sees a length L at z as f L / z pixels.
-    assert length_px == pytest.approx(700 * length_m / FOUND.selected.position_m[2], rel=1e-6)
-    assert length_px <= 640 / 4
-    assert scale_bar(NOTHING) is None
 
 
 def test_without_a_dock_the_legend_says_so():

@@ -18,10 +18,12 @@ from hypothesis import Phase, settings
 
 from tests.bench.mutants.changes import PACKAGES, Mutated
 
-# Of other rooms those that see whole pictures, frames or drawings, and are quick.
-_WIDER = ("pipeline/study", "pipeline/test_guidance.py", "app/drawing", "app/processing")
+# All quick tests but those of the page and of folders, servers and files, which see no more of the estimate.
+_TESTS = (
+    "tests/pipeline",
+    *(f"tests/app/{name}" for name in ["commands", "drawing", "export", "inputs", "processing", "state"]),
+)
 _SMALL = "tests/pipeline/test_estimate_turned.py"  # whole pictures so small that loops as plain Python do
-_WHOLE = sorted(str(path) for path in Path("tests/pipeline").glob("test_estimate*.py"))
 # Processor time: a test that takes longer is left out; loops that are plain Python take a hundred times as long.
 _LONGEST_S = {"code": 8.0, "loops": 3.0}
 _COMPILING_S = 60.0  # besides, where a loop may have to be compiled
@@ -67,7 +69,7 @@ def load_libraries() -> None:
 
 
 def run_clean(kind: str, packages: Iterable[str]) -> None:
-    """Run the tests of packages, and keep how long each takes, once all is compiled, and which lines it runs."""
+    """Run the tests, of loops those of packages, and keep how long each takes, compiled, and which lines it runs."""
     _settle(kind)
     longest_s, compiling_s = _LONGEST_S[kind], _COMPILING_S if kind == "code" else 0.0
     follow = coverage.Coverage(
@@ -75,8 +77,7 @@ def run_clean(kind: str, packages: Iterable[str]) -> None:
     )
     limits = _Limits({}, longest_s + compiling_s, follow)
     follow.start()
-    wider = [*_WHOLE, *(f"tests/{name}" for name in _WIDER)] if kind == "code" else [_SMALL]
-    tests = [*(f"tests/pipeline/{name}" for name in packages), *wider]
+    tests = _TESTS if kind == "code" else [*(f"tests/pipeline/{name}" for name in packages), _SMALL]
     pytest.main([*tests, *_OPTIONS, f"--hypothesis-profile={_PROFILE}"], plugins=[limits])
     follow.stop()
     if slow := [test for test, took_s in limits.took_s.items() if took_s > longest_s]:

@@ -1,4 +1,4 @@
-# pyright: reportGeneralTypeIssues=false
+# pyright: reportGeneralTypeIssues=false, reportOptionalSubscript=false
 
 import numpy as np
 import pytest
@@ -17,6 +17,28 @@ def test_a_map_is_found_though_four_of_ten_are_elsewhere_and_one_is_unknown():
     np.testing.assert_allclose(by[:, :2], TURN[:, :2], atol=1e-9)
     np.testing.assert_allclose(moved(by, RING)[2], moved(TURN, RING)[2], atol=1e-6)
     assert np.flatnonzero(~near).tolist() == [1, 2, 4, 7, 8]
+
+
+@pytest.mark.parametrize(
+    ("size", "turned_deg", "is_found"),
+    [(1.5, 30, True), (1 / 1.5, -30, True), (1.7, 0, False), (1 / 1.7, 0, False), (1, 45, False), (1, -45, False)],
+)
+def test_between_two_frames_lights_grow_and_turn_by_so_much_and_no_more(size, turned_deg, is_found):
+    turn = size * np.exp(1j * np.radians(turned_deg))
+    by = np.array([[turn.real, -turn.imag, 5.0], [turn.imag, turn.real, -9.0]])
+    found = mapped(RING, moved(by, RING), 0.5)
+    assert (found is not None) == is_found
+    if found is not None:
+        np.testing.assert_allclose(found[0], by, atol=1e-9)
+        assert found[1].all()
+
+
+def test_of_six_points_a_map_may_shear_and_of_five_it_may_not():
+    sheared = np.array([[1.0, 0.1, 3.0], [0.0, 0.9, 2.0]])
+    of_six, of_five = (mapped(RING[:count], moved(sheared, RING[:count]), 9.0) for count in (6, 5))
+    np.testing.assert_allclose(of_six[0], sheared, atol=1e-9)
+    (a, b, _), (c, d, _) = of_five[0]
+    assert (a, b) == pytest.approx((d, -c))
 
 
 def test_one_point_tells_no_map():

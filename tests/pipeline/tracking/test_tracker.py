@@ -17,7 +17,6 @@ from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Lights, Pos
 from dockpose.simulate.sequence import steer
 from dockpose.tracking import NO_TRACK
 from dockpose.tracking.chain import Chain
-from dockpose.tracking.hypotheses import posterior
 
 from tests.support.scenes import CAMERA, DOCK
 from tests.support.two_docks import drawn, follow, lights_m, stays
@@ -55,39 +54,6 @@ def with_odds(found, first):
 
 def is_right(pose, found, normal):
     return pose is max(found.candidates, key=lambda each: float(each.normal @ normal))
-
-
-# One step of the filter, by hand.
-
-APART = np.array([[0.0, 400.0], [400.0, 0.0]])
-
-
-@pytest.mark.parametrize(
-    ("first", "off", "order", "log_odds", "expected"),
-    [
-        (0.5, APART, (0, 1), 0.0, 0.5),
-        (0.5, APART, (0, 1), math.log(4), 0.8),  # evidence alone
-        (0.8, APART, (0, 1), math.log(4), 16 / 17),  # odds multiply
-        (0.8, APART[::-1], (1, 0), -math.log(4), 16 / 17),  # the candidates the other way round
-        (0.9, np.zeros((2, 2)), (0, 1), 0.0, 0.5),  # the same twice: what was known is lost
-        (0.9, np.zeros((2, 2)), (0, 1), math.log(4), 0.8),
-        (0.9, APART, (0, 1), 0.0, 0.9),  # apart, nothing is lost
-        # Odds of motion: exp(-off / 2), tempered by a half.
-        (0.5, np.array([[0.0, 400.0], [400.0, 4.0]]), (0, 1), 0.0, 1 / (1 + math.exp(-1))),
-    ],
-)
-def test_one_step_by_hand(first, off, order, log_odds, expected):
-    assert posterior(first, off, log_odds) == (order, pytest.approx(expected, abs=1e-9))
-
-
-def test_doubt_is_never_gone():
-    first = 0.5
-    for _ in range(100):
-        _, first = posterior(first, APART, 3.0)
-    assert first < 1
-    for _ in range(4):
-        _, first = posterior(first, APART, -3.0)
-    assert first < 0.05  # so that it heals
 
 
 def pose_at(position_m, normal=(0.0, 0.0, -1.0)):

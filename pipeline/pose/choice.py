@@ -215,7 +215,7 @@ def is_square_on(pose: CirclePose) -> bool:
     """Whether a pose and its twin, mirrored about the line of sight, are the same within the pose's errors."""
     towards = pose.position_m / -math.hypot(*pose.position_m.tolist())
     off = _angle_rad(pose.normal, towards)
-    return 2 * off < max(SAME_RAD, *(1.96 * sigma for sigma in pose.sigma_theta_rad or ()))
+    return 2 * off < max((SAME_RAD, *(1.96 * sigma for sigma in pose.sigma_theta_rad or ())))
 
 
 def _angle_rad(one: np.ndarray, other: np.ndarray) -> float:

@@ -8,11 +8,11 @@ import pytest
 from dockpose import Dock
 from dockpose.camera import FlatPort
 from dockpose.lights.ellipse import fit_ellipse
-from dockpose.pose.choice import choose_by_spacing
-from dockpose.pose.circle import circle_poses, rotation_from_angles
+from dockpose.pose.choice import choose_by_spacing, is_square_on
+from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
 from dockpose.pose.placement import place
 from dockpose.pose.solve import find_poses
-from dockpose.pose.uncertainty import log_odds
+from dockpose.pose.uncertainty import PRIOR_NOISE_PX, PRIOR_NUMBERS, WORTH_OF_EVIDENCE, log_odds
 from msgspec.structs import replace
 
 from tests.support.docks import CAMERA, nominal, uneven
@@ -112,6 +112,44 @@ def test_the_likelier_is_right_as_often_as_the_reference_says():
         first, second = choose(points).candidates
         right += first.normal @ normal > second.normal @ normal
     assert right / 200 > 0.90 - 3 * 0.02
+
+
+@pytest.mark.parametrize(
+    ("numbers", "least_px", "spare", "floor_px2"),
+    [
+        (20, 0.0, 14, 0.0),
+        (20, 0.2, 14, 0.0),  # .04 of 14, which both have
+        (20, 0.5, 14, 2.5),  # .25 of 14 are 3.5, and 1 is there
+        (8, 0.5, 2, 0.0),
+        (4, 0.5, 0, 0.0),  # as many as a pose has, or fewer: nothing to spare
+    ],
+)
+def test_odds_are_the_ratio_of_squares_to_half_of_the_numbers_to_spare(numbers, least_px, spare, floor_px2):
+    for first, second, sign in ((1.0, 4.0, 1), (4.0, 1.0, -1)):
+        floor = PRIOR_NUMBERS * PRIOR_NOISE_PX**2 + floor_px2
+        odds = WORTH_OF_EVIDENCE * (PRIOR_NUMBERS + spare) / 2 * math.log((floor + 4) / (floor + 1))
+        assert log_odds(first, second, numbers, least_px) == pytest.approx(sign * odds)
+
+
+@pytest.mark.parametrize(
+    ("off_deg", "sigma_deg", "is_on"),
+    [
+        (0.09, None, True),
+        (0.11, None, False),
+        (2.0, (1.0, 1.0), False),
+        (2.0, (1.0, 2.1), True),
+        (2.0, (2.1, 1.0), True),
+    ],
+)
+def test_a_dock_is_square_on_where_its_twin_twice_as_far_off_is_within_its_errors(off_deg, sigma_deg, is_on):
+    """Off the line of sight, which need not be the camera's axis; poses a fifth of a degree apart are the same."""
+    place_m = np.array([0.3, -0.2, 1.0])
+    sight = place_m / np.linalg.norm(place_m)
+    aside = np.cross(sight, [0.0, 1.0, 0.0])
+    off = math.radians(off_deg)
+    normal = -math.cos(off) * sight + math.sin(off) * aside / np.linalg.norm(aside)
+    sigma = None if sigma_deg is None else tuple(np.radians(sigma_deg).tolist())
+    assert is_square_on(CirclePose.at(place_m, normal, CAMERA, sigma_theta_rad=sigma)) == is_on
 
 
 def test_uneven_lights_leave_it_open():

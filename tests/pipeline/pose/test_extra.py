@@ -10,9 +10,13 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import Dock, Tracker, estimate
-from dockpose.pose.extra import _densities, places_px, with_extra_lights
+from dockpose.lights.markers import Markers
+from dockpose.pose.extra import _densities, _refined, _spots, places_px, with_extra_lights
+from dockpose.pose.solve import find_poses
 from dockpose.simulate import Lights, Pose, render
 from dockpose.simulate.parts import Background, Glare, Lamp
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
 from tests.support.scenes import CAMERA, changed
 
@@ -152,3 +156,62 @@ def test_where_a_lamp_is_seen_has_a_density_that_sums_to_one_about_where_it_must
     across = np.linalg.cholesky(spread) @ [3.0, 0.0]
     there, here = _densities(np.array([mean + across, mean]), mean, spread)
     assert there / here == pytest.approx((1 + 3**2 / 4) ** -3)
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 90.0])
+def test_a_pose_and_a_lamp_that_is_seen_together_have_the_likeliest_pose_and_its_errors(turn_deg):
+    """Held against the least squares of the pose's step, over its errors, and of the lamp, over its own."""
+    dock = Dock(0.30, 8, extra_lights_m=((0.04, 0.02, 0.05), (-0.03, 0.0, 0.08)))
+    rotation = Rotation.from_euler("yxz", [25.0, -15.0, 10.0], degrees=True).as_matrix()
+    rng = np.random.default_rng(2)
+    points_px = CAMERA.project(np.array(PLACE) + dock.light_points() @ rotation.T) + rng.normal(0, 0.3, (8, 2))
+    pose = find_poses(points_px, CAMERA, dock)[1].candidates[0]
+    turn = Rotation.from_euler("z", turn_deg, degrees=True).as_matrix()
+    own_px = math.hypot(pose.errors.noise, 0.005 * 0.30 * CAMERA.fx / pose.position_m[2])  # and hands place a lamp
+    rolled = pose.rotation @ Rotation.from_euler("z", pose.roll_rad).as_matrix() @ turn
+    root = np.linalg.inv(np.linalg.cholesky(pose.errors.noise**2 * pose.errors.covariance))
+
+    def lamps_px(step):
+        turned = Rotation.from_rotvec(pose.errors.rotation @ step[3:]).apply(np.array(dock.extra_lights_m) @ rolled.T)
+        return CAMERA.project(pose.position_m + step[:3] + turned)
+
+    seen_px = lamps_px(np.zeros(6)) + [[2.0, -1.0], [np.nan, np.nan]]
+    best = least_squares(
+        lambda step: np.concatenate([root @ step, (seen_px - lamps_px(step))[0] / own_px]),
+        np.zeros(6),
+        x_scale=np.sqrt(np.diag(pose.errors.covariance)),
+        xtol=1e-12,
+        ftol=1e-12,
+    )
+    told = _refined(pose, turn, seen_px, 8, CAMERA, dock)
+    np.testing.assert_allclose(told.position_m, pose.position_m + best.x[:3], atol=1e-5)
+    normal = Rotation.from_rotvec(pose.errors.rotation @ best.x[3:]).apply(pose.normal)
+    np.testing.assert_allclose(told.normal, normal, atol=1e-4)
+    known = np.linalg.inv(best.jac.T @ best.jac)
+    np.testing.assert_allclose(told.sigma_position_m, np.sqrt(np.diag(known)[:3]), rtol=0.02)
+    assert math.hypot(*told.sigma_theta_rad) < math.hypot(*pose.sigma_theta_rad)
+    # The lights' residuals grow by what the step costs them, over the noise.
+    cost_px2 = float(((root @ best.x) ** 2).sum()) * pose.errors.noise**2
+    assert 8 * told.rms_px**2 == pytest.approx(8 * pose.rms_px**2 + cost_px2, rel=0.02)
+
+
+def test_spots_are_what_stands_out_beside_the_rings_lights_by_itself_and_is_no_glare():
+    """Squares on a picture of which a part is shown: the ring's two of 5 pixels, others, one that runs together."""
+    corner_px, light = np.array([20, 10]), np.full((120, 160), 10.0)
+    for x, y, half, level in (
+        *((40, 30, 2, 210), (100, 30, 2, 210)),  # the ring's
+        *((60, 60, 2, 200), (90, 62, 1, 90)),  # a lamp, and a fainter one
+        *((70, 90, 9, 255), (75, 30, 1, 30)),  # glare, and what is too faint
+        *((105, 30, 2, 60), (110, 30, 2, 210)),  # a lamp that runs together with one of the ring's
+        (150, 110, 2, 200),  # beyond what is looked at
+    ):
+        light[y - half : y + half + 1, x - half : x + half + 1] = level
+    ring_px = np.array([[40.0, 30.0], [100.0, 30.0]])
+    boxes, areas = np.hstack([ring_px - 2, ring_px + 2]).astype(int) + np.tile(corner_px, 2), np.array([25, 25])
+    ring = Markers(ring_px + corner_px, areas, areas, boxes_px=boxes)
+    means = np.array([[[[95.0, 70.0]]]])  # of one pose, turn and lamp; 4 standard errors of 10 px, and two lights
+    spots, region_px2 = _spots(
+        light, tuple(corner_px.tolist()), ring, means, np.full((1, 1, 1, 2, 2), 100.0) * np.eye(2)
+    )
+    assert sorted(spots.tolist()) == [[80.0, 70.0], [110.0, 72.0], [130.0, 40.0]]
+    assert region_px2 == 97 * 97

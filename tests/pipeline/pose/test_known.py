@@ -51,6 +51,14 @@ def test_what_is_no_truth_is_not_read(truth):
     assert read_known_pose(TOLD | {"normal": [0, 0, -1], "visible": [True]}) == KNOWN
 
 
+@pytest.mark.parametrize("quarters", [0, 1, 2, 3, 4])
+def test_in_a_picture_turned_clockwise_what_was_right_is_below(quarters):
+    turn = np.linalg.matrix_power(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]), quarters)
+    told = KNOWN.rotated(90 * quarters)
+    np.testing.assert_allclose(told.position_m, turn @ KNOWN.position_m, atol=1e-12)
+    np.testing.assert_allclose(told.rotation[:, 2], turn @ KNOWN.rotation[:, 2], atol=1e-12)
+
+
 def test_no_error_without_a_known_or_an_estimated_pose():
     assert pose_error(pose([0.0, 0.05, 0.9], 25.0, -20.0), None) is None
     assert pose_error(None, KNOWN) is None

@@ -55,7 +55,7 @@ function share(picture) {
 const PANES = "dockpose panes";
 const panes = { right: null, scene: null, away: [], ...JSON.parse(localStorage.getItem(PANES) ?? "{}") };
 const BARS = { // what each sizes, from where the bar is, as a share of the window; its keys, which make that larger and smaller
-  right: { words: "Width of 3D view and tools", least: 0.2, most: 0.6, of: (x) => 1 - x / innerWidth, keys: ["ArrowLeft", "ArrowRight"] },
+  right: { words: "Width of 3D view and tools", least: 0.2, most: 0.6, of: (x) => 1 - (x - 4) / innerWidth, keys: ["ArrowLeft", "ArrowRight"] },
   scene: { words: "Height of the 3D view", least: 0.12, most: 0.6, of: (x, y) => (y - viserPage.top()) / innerHeight, keys: ["ArrowDown", "ArrowUp"] },
 };
 const STEP = 0.02;
@@ -123,12 +123,6 @@ function addBar(name) {
 }
 layPanes();
 document.addEventListener("DOMContentLoaded", () => Object.keys(BARS).forEach(addBar));
-
-// While another tab than the first is open, the tools have more of the room, and the 3D view less.
-new MutationObserver(() => {
-  const tool = viserPage.openTool();
-  if (tool !== undefined && tool !== document.documentElement.dataset.tool) document.documentElement.dataset.tool = tool;
-}).observe(document, { subtree: true, attributeFilter: ["aria-selected"] });
 
 // viser makes its panels anew when it connects again, so the picture is looked for whenever the page changes.
 let shared = null;

@@ -39,7 +39,10 @@ class NameNext extends HTMLElement {
   connectedCallback() {
     const [name, count] = [this.getAttribute("name"), Number(this.getAttribute("count") ?? 1)];
     viserPage.boxAround(this).hidden = true;
-    requestAnimationFrame(() => viserPage.boxesAfter(this, count).forEach((box) => box.classList.add(name)));
+    requestAnimationFrame(() => viserPage.boxesAfter(this, count).forEach((box, at) => {
+      box.classList.add(name);
+      box.style.setProperty("--at", at);
+    }));
   }
 }
 

@@ -36,7 +36,6 @@ class Steps extends HTMLElement {
     this.words.textContent = `${at + 1} of ${this.steps.length}: ${words}`;
     const [, back, next, skip] = this.children;
     [back.disabled, next.textContent, skip.hidden] = [at === 0, at + 1 < this.steps.length ? "Next" : "Done", at + 1 === this.steps.length];
-    if (tab) viserPage.openTab(viserPage.tabOf(tab));
     this.frame(here ? document.querySelector(here) : viserPage.tabOf(tab));
   }
 

@@ -44,7 +44,6 @@ const viserPage = {
   tabs: () => [...document.querySelectorAll(TAB)],
   nameOfTab: (tab) => tab.textContent.trim(),
   tabOf: (name) => viserPage.tabs().find((tab) => viserPage.nameOfTab(tab) === name),
-  openTool: () => viserPage.tabs().find((tab) => viserPage.isOpen(tab) && tab.closest("[data-dock-region=right]"))?.textContent.trim(),
   isOpen: (tab) => tab.getAttribute("aria-selected") === "true",
   isInTab: (element) => Boolean(element.closest?.(TAB)),
   openTab(tab) {

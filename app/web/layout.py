@@ -23,11 +23,10 @@ from dockpose.app.web.panels.tank import BudgetPanel, CameraPanel, ChipsPanel, T
 from dockpose.app.web.panels.view import PicturePanel
 from dockpose.app.web.widgets import Panel
 
-PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
 # The tabs beside the picture, the first of them open, and their panels from above; each ends with a link to its part
 # of the help.
 TABS: dict[str, tuple[type[Panel], ...]] = {
-    "Tank": (CameraPanel, TanksPanel, CalibrationPanel, BudgetPanel),
+    "Tank": (TanksPanel, CalibrationPanel, BudgetPanel),
     "Source": (SourcePanel, SequencePanel, GuidancePanel, SimulatorPanel),
     "Detect": (DetectPanel, PosePanel),
     "Log": (ExperimentPanel,),
@@ -54,9 +53,12 @@ class Layout:
 
     def _add_controls(self, app: Page, gui: viser.GuiApi) -> None:
         app.live.place("candidates", table_html)
+        camera = self._made[CameraPanel] = CameraPanel(app)
         tabs = gui.add_tab_group()
         for title, kinds in TABS.items():
             with tabs.add_tab(title):
+                if title == "Tank":
+                    camera.fill_tab()
                 self._made |= {kind: kind(app) for kind in kinds}
                 gui.add_html(help_link(title.lower()), order=1e9)
         acts: dict[str, Act] = {
@@ -70,7 +72,6 @@ class Layout:
             self._made[SettingsPanel] = SettingsPanel(app, acts)
         self._made[ViewpointPanel] = ViewpointPanel(app)
         gui.main_panel.dock_right()
-        gui.main_panel.set_width(CONTROLS_WIDTH_PX)
 
     def _add_pictures(self, app: Page, gui: viser.GuiApi) -> None:
         left = gui.add_panel()
@@ -108,4 +109,3 @@ class Layout:
             with shown.add_tab("Compare", viser.Icon.LAYOUT_GRID):
                 self._made[ComparePanel] = ComparePanel(app)
         left.dock_left()
-        left.set_width(PICTURE_WIDTH_PX)

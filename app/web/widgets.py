@@ -82,10 +82,12 @@ class Panel:
         self.values.append((handle, value))
         return handle
 
-    def add_sliders(self, parameters: Mapping[str, Parameter], putters: Mapping[str, Any] = {}) -> None:
+    def add_sliders(
+        self, parameters: Mapping[str, Parameter], putters: Mapping[str, Any] = {}, order: float | None = None
+    ) -> None:
         """Add a slider for each parameter."""
         for name, one in parameters.items():
-            self.sliders[name] = Slider(self.app, one, putters.get(name))
+            self.sliders[name] = Slider(self.app, one, putters.get(name), order)
 
     def add_download(self, name: str, file_name: str, make: Callable[[View], bytes]) -> Any:
         """Add a button that sends ``make(view)`` to the downloads of the browser in which a person presses it."""
@@ -141,10 +143,10 @@ def return_when_idle(handle: Any, change: Change, client: Client, load: Callable
 class Slider:
     """A slider with a typed value for one parameter; ``put`` replaces its own."""
 
-    def __init__(self, app: Page, parameter: Parameter, put: Callable[[View, Any], View] | None = None) -> None:
+    def __init__(self, app: Page, parameter: Parameter, put: Any = None, order: float | None = None) -> None:
         self._parameter, put, change = parameter, put or parameter.put, app.change
         self.handle: Any = app.server.gui.add_slider(
-            parameter.label, min=0.0, max=1.0, step=1.0, initial_value=0.0, hint=parameter.hint
+            parameter.label, min=0.0, max=1.0, step=1.0, initial_value=0.0, hint=parameter.hint, order=order
         )
 
         def changed(client: Client, view: View) -> View:

@@ -102,7 +102,7 @@
   const reach = (one) => {
     const { left, top, height } = one.getBoundingClientRect();
     const [x, y] = [left + 2, top + height / 2];
-    const isAtEdge = clippers(one).some((next) => Math.abs(next.getBoundingClientRect().bottom - y) < leastTargetPx);
+    const isAtEdge = clippers(one).some((next) => ["top", "bottom"].some((edge) => Math.abs(next.getBoundingClientRect()[edge] - y) < leastTargetPx));
     if (!inView(one) || isAtEdge) return leastTargetPx;
     const isHit = (way) => track(document.elementFromPoint(x, y + way) ?? document.body) === track(one);
     let high = 1;

@@ -31,7 +31,7 @@ def test_dragged_diameter_ends_on_the_newest_value(page):
     page.page.mouse.move(x, y)
     page.page.mouse.down()
     for step in range(1, 41):
-        page.page.mouse.move(x + 2 * step, y)
+        page.page.mouse.move(x + 3 * step, y)
     page.page.mouse.up()
     box = page.box("Diameter (cm)")
     page.until(lambda: page.app.view.dock.diameter == pytest.approx(float(box.input_value()) / 100))

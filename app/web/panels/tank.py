@@ -37,18 +37,25 @@ def with_focal(view: View, name: str, value: Any, *, both: bool) -> View:
 
 
 class CameraPanel(Panel):
-    """Sliders with typed values for lens, port and dock; camera files are loaded and saved."""
+    """What everything hangs on, in sight whichever tab is open; the rest of lens, port and dock in a tab."""
 
     table = "camera"
 
     def __init__(self, app: Page) -> None:
         super().__init__(app)
-        self._add_main_numbers()
+        putters = {"fx": partial(self._with_focal, "fx"), "lights": self._with_lights}
+        main = {name: one for name, one in (LENS | DOCK).items() if name != "fy"}
+        self.gui.add_html(f'<dockpose-name-next name="main-number" count="{len(main)}"></dockpose-name-next>')
+        self.add_sliders(main, putters)
+
+    def fill_tab(self) -> None:
+        """Add the rest to the tab that is being made; camera files are loaded and saved there."""
         area = self.gui.add_folder("Camera")
         with area:
             sees = optics.field_of_view_sentence
-            app.live.place("field-of-view", lambda analysis: small(escape(sees(analysis.view.camera))), order=2)
+            self.app.live.place("field-of-view", lambda analysis: small(escape(sees(analysis.view.camera))), order=2)
             self._lock = self.add("checkbox", "lock", self.changing(self._with_lock), order=3)
+            self.add_sliders({"fy": LENS["fy"]}, {"fy": partial(self._with_focal, "fy")}, order=3.1)
             with self.gui.add_folder("Lens distortion", expand_by_default=False, order=4):
                 self.add_sliders(DISTORTION)
             self.add_value("dropdown", "tone", order=2.5)
@@ -59,16 +66,6 @@ class CameraPanel(Panel):
             self.add_download("save", "camera.yaml", lambda view: optics.camera_file(view.camera, kind.value))
             self.add_download("save_dock", "dock.yaml", lambda view: optics.dock_file(view.dock))
         self.add_upload(area, "load", self.changing_by_file(optics.with_camera_file), ",".join(ENDINGS))
-        self._add_spacing()
-
-    def _add_main_numbers(self) -> None:
-        """What everything hangs on, in sight when the page opens."""
-        count = len(LENS) + len(DOCK)
-        self.gui.add_html(f'<dockpose-name-next name="main-number" count="{count}"></dockpose-name-next>')
-        putters = {name: partial(self._with_focal, name) for name in ("fx", "fy")}
-        self.add_sliders(LENS | DOCK, putters | {"lights": self._with_lights})
-
-    def _add_spacing(self) -> None:
         with self.gui.add_folder("Lights uneven or behind the ring", expand_by_default=False):
             self._angles, self._extra = self._add_line("angles"), self._add_line("extra")
         self.values += [(self._angles, VALUES["angles"]), (self._extra, VALUES["extra"])]

@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 from dockpose import Dock, Estimate, Settings, Tracker, estimate
 from dockpose.lights.ring import Ring
-from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.circle import rotation_from_angles
 from dockpose.pose.solve import find_poses
 from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Lights, Pose, Scene, film
 from dockpose.simulate.sequence import steer
 from dockpose.tracking import NO_TRACK
-from dockpose.tracking.chain import Chain
 
 from tests.support.scenes import CAMERA, DOCK
 from tests.support.two_docks import drawn, follow, lights_m, stays
@@ -54,34 +53,6 @@ def with_odds(found, first):
 
 def is_right(pose, found, normal):
     return pose is max(found.candidates, key=lambda each: float(each.normal @ normal))
-
-
-def pose_at(position_m, normal=(0.0, 0.0, -1.0)):
-    sigmas = (1e-4, 1e-4, 1e-3), (1e-3, 1e-3)
-    return CirclePose(np.array(position_m), np.array(normal), np.zeros(2), 0.5, 0.1, None, *sigmas)
-
-
-def test_a_chain_learns_a_steady_speed():
-    chain = Chain.begin(pose_at((0.0, 0.0, 2.0)), Settings())
-    for step in range(1, 20):
-        chain = chain.predict(0.1, Settings()).update(pose_at((0.03 * step, 0.0, 2.0 - 0.02 * step)))
-    ahead = chain.predict(0.1, Settings()).position_m
-    np.testing.assert_allclose(ahead, (0.03 * 20, 0.0, 2.0 - 0.02 * 20), atol=0.004)
-
-
-def test_a_known_motion_is_exact():
-    # The camera goes 0.2 m to the right, then turns 90 degrees to the left: what was ahead lies to its right.
-    turn = cv2.Rodrigues(np.array([0.0, -math.pi / 2, 0.0]))[0]
-    chain = Chain.begin(pose_at((0.2, 0.0, 2.0), (0.0, 0.0, -1.0)), Settings())
-    moved = chain.predict(0.1, Settings(), (np.array([0.2, 0.0, 0.0]), turn))
-    np.testing.assert_allclose(moved.position_m, (2, 0, 0), atol=1e-12)
-    np.testing.assert_allclose(moved.normal, (-1, 0, 0), atol=1e-12)
-
-
-def test_what_is_not_seen_becomes_less_certain():
-    chain = Chain.begin(pose_at((0.0, 0.0, 2.0)), Settings())
-    spreads = [chain.predict(time_s, Settings()).variances[0].tolist() for time_s in (0.05, 0.1, 0.5)]
-    assert (np.diff(spreads, axis=0) > 0).all()
 
 
 # Sequences of estimates.

@@ -132,3 +132,18 @@ def same_as(found, other, way):
 def test_an_estimate_turns_with_its_picture(scene, way):
     grey = SCENES[scene]
     same_as(estimate(grey, CAMERA, DOCK), estimate(way.image(grey), way.camera, DOCK), way)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_dock_twice_as_large_is_seen_twice_as_far_away(scene):
+    one, other = (estimate(SCENES[scene], CAMERA, Dock(diameter, 10)) for diameter in (0.30, 0.60))
+    assert (one.status, one.lights_on_ring) == (other.status, other.lights_on_ring)
+    assert one.detection == pytest.approx(other.detection)
+    for pose, twin in zip(one.candidates, other.candidates, strict=True):
+        np.testing.assert_allclose(twin.position_m, 2 * pose.position_m, rtol=1e-5)
+        np.testing.assert_allclose(twin.normal, pose.normal, atol=1e-5)
+        assert twin.probability == pytest.approx(pose.probability, abs=1e-5)
+        assert twin.rms_px == pytest.approx(pose.rms_px, rel=1e-3)
+        np.testing.assert_allclose(twin.sigma_position_m, 2 * np.array(pose.sigma_position_m), rtol=1e-3)
+        np.testing.assert_allclose(twin.sigma_total_position_m, 2 * np.array(pose.sigma_total_position_m), rtol=1e-3)
+        np.testing.assert_allclose(twin.sigma_total_theta_rad, pose.sigma_total_theta_rad, rtol=1e-3)

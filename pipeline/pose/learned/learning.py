@@ -58,18 +58,19 @@ def learn_dock(views: Sequence[DockView], camera: Camera, dock: Dock, *, fit_foc
             f"can't tell where the lights are: {len(shown)} of {len(views)} views show {FEWEST_LIGHTS} or more lights "
             f"of the dock clearly, and {FEWEST_VIEWS} are needed, better 60"
         )
-    start = aligned([each for _, each in shown], ring)
-    if start is None:
+    starts = aligned([each for _, each in shown], ring)
+    if not starts:
         raise LearningError(
             "can't tell which light is which from one picture to the next, since the lights look evenly spaced within "
             "the noise: give a video, in which the dock is followed, or come nearer"
         )
-    fit = Bundle(start, camera, ring, fit_focal)
-    for _ in range(_ROUNDS):
-        fit.solve()
-        if not fit.renumber([view for view, _ in shown]):
-            break
-    learned = _result(fit, dock, views)
+    fits = [Bundle(start, camera, ring, fit_focal) for start in starts]
+    for fit in fits:
+        for _ in range(_ROUNDS):
+            fit.solve()
+            if not fit.renumber([view for view, _ in shown]):
+                break
+    learned = _result(min(fits, key=lambda fit: fit.noise_px), dock, views)
     whole = msgspec.structs.replace(learned.dock, lamp_depth_m=dock.lamp_depth_m, extra_lights_m=dock.extra_lights_m)
     return replace(learned, dock=whole)
 
@@ -93,6 +94,8 @@ def _result(fit: "Bundle", dock: Dock, views: Sequence[DockView]) -> LearnedDock
         )
     q = fit.basis.T @ fit.offsets_m.ravel()
     statistic = float(q @ np.linalg.solve(fit.covariance[:free, :free], q))
+    # Views were numbered so that they agree best: of all numberings chance makes one look so.
+    numberings = (sum(not each.follows for each in fit.placed) - 1) * math.log(len(fit.offsets_m))
     camera = with_focal(fit.camera, fit.focal)
     learned = msgspec.structs.replace(fit.learned, lights_sigma_m=math.sqrt(float((sigmas**2).mean())))
     return LearnedDock(
@@ -103,7 +106,7 @@ def _result(fit: "Bundle", dock: Dock, views: Sequence[DockView]) -> LearnedDock
         views=len(fit.placed),
         residual_px=fit.noise_px,
         nominal_px=fit.nominal_px,
-        is_uneven=bool(chdtrc(free, statistic) < _SIGNIFICANT),
+        is_uneven=bool(chdtrc(free, statistic) < _SIGNIFICANT * math.exp(-min(numberings, 690.0))),
         roll_share=sum(tells_roll(view, camera, learned) for view in views) / len(views),
     )
 

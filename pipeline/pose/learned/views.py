@@ -19,7 +19,7 @@ from dockpose.pose.uncertainty import cross
 FEWEST_LIGHTS = 5  # in a view; fewer leave too little beside its pose
 # Of the numbering of many views.
 _ROUNDS = 20  # at the most; it ends when no chain turns
-_STARTS = 6  # chains that it begins from, the longest
+_STARTS = 8  # chains that it begins from, the longest
 _CLEAR = 0.25  # of a light's spacing: the farthest that the dock may seem to roll from one frame to the next
 _LIKE = 0.7  # correlation of the unevenness seen by one half of the views and by the other
 
@@ -115,27 +115,21 @@ def is_same(one: np.ndarray, other: np.ndarray) -> bool:
     return float(np.trace(one.T @ other)) > 3 - 0.01
 
 
-def aligned(placed: Sequence[Placed], dock: Dock) -> list[Placed] | None:
-    """Number the lights alike in all views, by the roll and by unevenness; None where halves of the views differ."""
+def aligned(placed: Sequence[Placed], dock: Dock) -> list[list[Placed]]:
+    """Ways to number the lights alike in all views, by the roll and by unevenness; none where halves of them differ."""
     count = dock.lights or 0
     followed = _chained(placed, count)
-    chains: list[list[int]] = []
-    for index, each in enumerate(followed):
-        if each.follows and chains:
-            chains[-1].append(index)
-        else:
-            chains.append([index])
-    if len(chains) == 1:
-        return followed
-    shifts = [_shifts(each, dock) for each in followed]
-    patterns = [np.stack([shifts[index] for index in chain]) for chain in chains]
-    turns, _ = _turns(patterns, count)
+    of_chain = np.cumsum([index == 0 or not each.follows for index, each in enumerate(followed)]) - 1
+    if of_chain[-1] == 0:
+        return [followed]
+    shifts = np.stack([_shifts(each, dock) for each in followed])
+    patterns = [shifts[of_chain == chain] for chain in range(of_chain[-1] + 1)]
     if not _halves_agree(patterns, count):
-        return None
-    for chain, turn in zip(chains, turns, strict=True):
-        for index in chain:
-            followed[index] = followed[index].turned(turn, count)
-    return followed
+        return []
+    return [
+        [each.turned(turns[chain], count) for each, chain in zip(followed, of_chain.tolist(), strict=True)]
+        for turns, _ in _turns(patterns, count)
+    ]
 
 
 def _chained(placed: Sequence[Placed], count: int) -> list[Placed]:
@@ -165,9 +159,12 @@ def _shifts(each: Placed, dock: Dock) -> np.ndarray:
     return shifts
 
 
-def _turns(patterns: Sequence[np.ndarray], count: int) -> tuple[list[int], np.ndarray]:
-    """Turn of each chain of views (M, lights, 2) that makes all agree best, and their median (lights, 2) then."""
-    best: tuple[float, list[int], np.ndarray] | None = None
+def _turns(patterns: Sequence[np.ndarray], count: int) -> list[tuple[list[int], np.ndarray]]:
+    """Turns of the chains of views (M, lights, 2) that make them agree, and their mean (lights, 2); the best first.
+
+    What a light's depth does to its picture depends on the view: the best in the plane need not be the right one.
+    """
+    found: dict[float, tuple[list[int], np.ndarray]] = {}
     longest = sorted(range(len(patterns)), key=lambda index: -np.isfinite(patterns[index]).sum())[:_STARTS]
     for start in longest:
         mean, turns = _middle(patterns[start]), [0] * len(patterns)
@@ -178,11 +175,9 @@ def _turns(patterns: Sequence[np.ndarray], count: int) -> tuple[list[int], np.nd
             if after == turns:
                 break
             turns = after
-        total = float(sum(_cost(pattern, mean, turn) for pattern, turn in zip(patterns, turns, strict=True)))
-        if best is None or total < best[0]:
-            best = (total, turns, mean)
-    assert best is not None
-    return best[1], best[2]
+        total = sum(_cost(pattern, mean, turn) for pattern, turn in zip(patterns, turns, strict=True))
+        found[total] = turns, mean
+    return [found[total] for total in sorted(found)]
 
 
 def _middle(pattern: np.ndarray) -> np.ndarray:
@@ -199,6 +194,6 @@ def _halves_agree(patterns: Sequence[np.ndarray], count: int) -> bool:
     """Whether every other chain shows the same unevenness as those between them."""
     if len(patterns) < 4:
         return True
-    one, other = (_turns(half, count)[1].ravel() for half in (patterns[::2], patterns[1::2]))
+    one, other = (_turns(half, count)[0][1].ravel() for half in (patterns[::2], patterns[1::2]))
     likeness = [float(one @ np.roll(other.reshape(-1, 2), turn, axis=0).ravel()) for turn in range(count)]
     return max(likeness) > _LIKE * float(np.linalg.norm(one) * np.linalg.norm(other))

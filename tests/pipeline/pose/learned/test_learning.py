@@ -121,6 +121,29 @@ def test_lamps_behind_the_circle_are_learnt_where_they_are_and_the_depth_is_kept
     assert np.sqrt((errors_m(learned, true)[0] ** 2).mean()) < 0.2e-3
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2, 4])
+def test_a_light_off_in_depth_alone_is_learned_from_single_pictures(seed):
+    """Where it is seen depends on the view: the numbering that agrees best in the ring's plane was a wrong one."""
+    true = Dock(0.30, 6, offsets_m=((0.0, 0.0, 0.0), (0.0, 0.0, 3e-3), *[(0.0, 0.0, 0.0)] * 4))
+    learned = learn(true, dock_views(true, seed, rolls=None, count=30))
+    assert np.abs(errors_m(learned, true)[0]).max() < 0.3e-3
+    assert learned.residual_px < 0.12
+    assert learned.is_uneven
+
+
+def test_no_even_dock_comes_out_uneven_by_how_its_single_pictures_were_numbered():
+    even, refused = 0, 0
+    for seed in range(4):
+        for lights in (5, 6, 7):
+            true = uneven(seed + 700, lights, off_m=0.0)
+            try:
+                even += not learn(true, dock_views(true, seed + 700, rolls=None, count=30)).is_uneven
+            except LearningError:
+                refused += 1
+    assert even + refused == 12
+    assert even > 0
+
+
 def test_a_perfect_dock_is_found_to_be_even():
     true = uneven(3, off_m=0.0)
     learned = learn(true, dock_views(true, 3))

@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from multiprocessing import get_context
 from multiprocessing.pool import Pool
 from pathlib import Path
 
-import cv2
 import msgspec
 import numpy as np
 import pytest
-from dockpose import Camera, Dock, Tracker, estimate
-from dockpose.camera.image import read
+from dockpose import Dock, Tracker, estimate
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 
 from tests.bench.bench_built import built
 from tests.bench.floors import at_least, at_most
 from tests.bench.lamps import DIAMETER_M, draw_lamps
+from tests.bench.marked import Came, photographs, rising_of, run_photograph
 from tests.bench.seen_scenes import Shown, circle, closest_px, dock_drawn, drawn, even, on_picture, seen_from
-from tests.support.judged import SURE, Judgement, judged
+from tests.support.judged import SURE, judged
 
 BINS = (0.5, 0.8, 0.95, 0.99, 1.0001)
-_LED_FIELD_OF_VIEW = 1.1547  # of a photograph's width to the assumed focal length: 60 degrees across
 _SEED = 2026
 
 
@@ -198,15 +194,6 @@ KINDS: dict[str, Callable[[np.random.Generator], Shown]] = {
 }
 
 
-@dataclass(frozen=True)
-class Came:
-    """What came of a picture."""
-
-    judged: Judgement
-    message: str
-    side: bool | None = None  # whether the chosen pose has the true side of the dock nearer; None where it has none
-
-
 def run(job: tuple[str, int, int]) -> Came:
     """Judge one picture of a kind."""
     kind, base, seed = job
@@ -225,99 +212,9 @@ def _has_true_side(chosen: CirclePose, other: CirclePose, shown: Shown) -> bool:
     assert normal is not None
     sight = place / np.linalg.norm(place)
     twin = 2 * float(normal @ sight) * sight - normal
-    apart = _rising(place, normal) - _rising(place, twin)
-    one, another = (_rising(pose.position_m, pose.normal) for pose in (chosen, other))
+    apart = rising_of(place, normal) - rising_of(place, twin)
+    one, another = (rising_of(pose.position_m, pose.normal) for pose in (chosen, other))
     return float((one - another) @ apart) > 0
-
-
-def _rising(position_m: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """Direction (2,) in the picture in which a dock's plane comes nearer, by shares per unit of its tangent."""
-    return normal[:2] / float(normal @ position_m) * position_m[2]
-
-
-def _has_side(rising: Sequence[np.ndarray], truth: np.ndarray) -> bool:
-    """Whether the first of two rises is, along what tells them apart, on the truth's side."""
-    apart = rising[0] - rising[-1]
-    middle = (rising[0] + rising[-1]) / 2
-    return float((truth - middle) @ apart) >= 0
-
-
-def photographs(data: Path) -> list[tuple[Path, str]]:
-    """The photographs of marked rings in a folder of sets."""
-    return [
-        (path.parent, name)
-        for path in sorted(data.glob("leds*/leds.json"))
-        for name, entry in json.loads(path.read_text("utf-8")).items()
-        if "lights" in entry
-    ]
-
-
-def run_photograph(job: tuple[Path, str, bool]) -> Came | None:
-    """Judge a photograph by the side that the homography of its marked lights has nearer; None where that is none."""
-    folder, name, is_told = job
-    entry = json.loads((folder / "leds.json").read_text("utf-8"))[name]
-    image = read(folder / entry["picture"])
-    height, width = image.shape[:2]
-    focal = width / _LED_FIELD_OF_VIEW
-    camera = Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
-    lights = np.array(entry["lights"])
-    found = estimate(image, camera, Dock(0.10, entry["N"] if is_told else None))
-    rising, is_sure = _rising_of_marks((lights - [camera.cx, camera.cy]) / focal, entry["N"])
-    if found.status != "ok" or found.selected is None or found.ring is None or found.markers is None:
-        return Came(Judgement(found=False), found.message)
-    on_px = found.markers.points_px[found.ring.on_ring]
-    within = 0.06 * entry.get("radius_px", float(np.ptp(lights, axis=0).max()) / 2) + 4
-    apart = np.linalg.norm(on_px[:, None] - lights, axis=2)
-    is_ring = (apart.min(axis=1) < within).mean() > 0.85 and (apart.min(axis=0) < within).mean() > 0.5
-    came = Judgement(
-        found=True,
-        right=bool(is_ring),
-        either=is_sure,
-        probability=found.selected.probability or 0.0,
-        detection=found.detection or 0.0,
-    )
-    return Came(
-        came,
-        found.message,
-        _has_side([_rising(pose.position_m, pose.normal) for pose in found.candidates], rising),
-    )
-
-
-def _rising_of_marks(tangents: np.ndarray, number: int) -> tuple[np.ndarray, bool]:
-    """Direction in which the marked lights' plane comes nearer, as ``_rising``, and whether it is beyond noise."""
-    count = len(tangents)
-    ellipse = cv2.fitEllipseDirect((1000 * tangents).astype(np.float32))
-    (x, y), (a, b), turn = ellipse
-    c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
-    local = (1000 * tangents - [x, y]) @ np.array([[c, -s], [s, c]]) / (np.array([a, b]) / 2)
-    order = np.argsort(np.arctan2(local[:, 1], local[:, 0]))
-    around = np.arctan2(local[order, 1], local[order, 0])
-    best: tuple[float, np.ndarray] | None = None
-    gaps = np.diff(around, append=around[0] + math.tau)
-    base = np.maximum(1, np.rint(gaps * number / math.tau)).astype(int)
-    for longest in range(count):  # the gaps add up to the number
-        steps = base.copy()
-        steps[longest] += number - steps.sum()
-        if steps[longest] < 1:
-            continue
-        lights = np.concatenate([[0], np.cumsum(steps)[:-1]])
-        angles = math.tau * lights / number
-        model = np.column_stack([np.cos(angles), np.sin(angles)])
-        H, _ = cv2.findHomography(model, tangents[order])
-        if H is None:
-            continue
-        seen = np.column_stack([model, np.ones(count)]) @ H.T
-        off = float(((seen[:, :2] / seen[:, 2:] - tangents[order]) ** 2).sum())
-        if best is None or off < best[0]:
-            best = off, H
-    assert best is not None
-    off, H = best
-    line = np.linalg.inv(H)[2]
-    middle = H[:2, 2] / H[2, 2]
-    rising = line[:2] / float(line @ [*middle, 1.0])
-    size = float(np.linalg.norm(tangents - middle, axis=1).mean())
-    sigma = math.sqrt(off / max(1, 2 * count - 8)) / size**2 * math.sqrt(8 / count)
-    return rising, float(np.linalg.norm(rising)) > 2.5 * sigma
 
 
 def report(name: str, came: Sequence[Came]) -> None:

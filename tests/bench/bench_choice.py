@@ -8,18 +8,16 @@ from itertools import pairwise
 from multiprocessing import Pool
 from pathlib import Path
 
-import msgspec
 import numpy as np
-from dockpose import Dock, estimate
+from dockpose import Dock
 from dockpose.pose.circle import CirclePose, angles_of, rotation_from_angles
 from dockpose.pose.few_lights import poses_from_few_lights
 from dockpose.pose.solve import find_poses
-from dockpose.simulate import Lights, Scene, render
 from dockpose.study.judge import signed_errors
 
 from tests.bench.lamps import unit_normal
 from tests.bench.seen_scenes import circle
-from tests.support.scenes import CAMERA, DOCK, random_scene
+from tests.support.scenes import CAMERA, DOCK
 
 REFERENCE = Path(__file__).with_name("duality_single_frame.csv")  # 400 trials a cell
 TILTS_DEG, NOISES_PX = (5, 10, 20, 35), (0.1, 0.3)
@@ -96,26 +94,6 @@ def synthetic(seed: int) -> tuple[float, bool, list[float]] | None:
     return _judged(choice, position, normal)
 
 
-def rendered(seed: int) -> tuple[float, bool, list[float]] | None:
-    """The same of a picture of a random scene."""
-    return _of_scene(random_scene(seed))
-
-
-def far(seed: int) -> tuple[float, bool, list[float]] | None:
-    """The same of a picture of a dock so far away and so nearly square on that the choice is hard."""
-    rng = np.random.default_rng([79, seed])
-    x, y, z = (rng.uniform(4, 11) * np.array([*rng.uniform(-0.1, 0.1, 2), 1.0])).tolist()
-    theta_x, theta_y = rng.uniform(-12, 12, 2).tolist()
-    scene = random_scene(seed, position_m=(x, y, z), theta_x_deg=theta_x, theta_y_deg=theta_y)
-    return _of_scene(msgspec.structs.replace(scene, lights=Lights(level=80 * z * z)))
-
-
-def _of_scene(scene: Scene) -> tuple[float, bool, list[float]] | None:
-    image, truth = render(scene)
-    found = estimate(image, CAMERA, DOCK)
-    return None if found.status != "ok" else _judged(found.choice, truth.position_m, truth.normal)
-
-
 def _judged(choice, position: np.ndarray, normal: np.ndarray) -> tuple[float, bool, list[float]] | None:
     if choice.selected_by == "none":
         return None
@@ -132,34 +110,29 @@ def off_in_sigmas(pose: CirclePose, position: np.ndarray, normal: np.ndarray) ->
 
 
 def test_probabilities_and_intervals_are_true():
-    wrong = []
-    trials = (
-        ("drawn lights", synthetic, 8000),
-        ("rendered pictures", rendered, 600),
-        ("pictures from afar", far, 1200),
-    )
-    for name, trial, count in trials:
-        with Pool() as pool:
-            results = [result for result in pool.map(trial, range(count), chunksize=20) if result is not None]
-        chance = np.array([result[0] for result in results])
-        right = np.array([result[1] for result in results])
-        inside = (np.array([result[2] for result in results]) < 1.96).mean(axis=0)
-        print(f"\n{name}: {len(results)} of {count}; of the poses given p, the share that is right")
-        for low, high in pairwise(BINS):
-            chosen = (chance >= low) & (chance < high)
-            if chosen.any():
-                given, share = chance[chosen].mean(), right[chosen].mean()
-                spread = math.sqrt(max(given * (1 - given), 1e-4) / chosen.sum())
-                print(f"  given {given:.3f}  right {share:.3f} +- {spread:.3f}  ({chosen.sum()} poses)")
-                # Better than said is no fault beyond what calibration allows; worse is one beyond chance.
-                if share < given - SIGMAS * spread - 0.01 or share > given + SIGMAS * spread + 0.05:
-                    wrong.append(f"{name}: of those given {given:.3f} {share:.3f} are right")
-        print("  95 % intervals hold the truth (asked: 93 to 97 %), x y z theta_x theta_y, in %: ", end="")
-        print(" ".join(f"{100 * value:.1f}" for value in inside), f" all {100 * inside.mean():.1f}")
-        print(f"  mean probability {chance.mean():.3f}, share right {right.mean():.3f}")
-        spread = math.sqrt(0.95 * 0.05 / len(results))
-        if (inside < 0.93 - SIGMAS * spread).any() or (inside > 0.97 + SIGMAS * spread).any():
-            wrong.append(f"{name}: intervals hold {inside}")
+    """Of drawn lights: bench_chosen and bench_coverage do it for pictures."""
+    wrong, count = [], 8000
+    with Pool() as pool:
+        results = [result for result in pool.map(synthetic, range(count), chunksize=20) if result is not None]
+    chance = np.array([result[0] for result in results])
+    right = np.array([result[1] for result in results])
+    inside = (np.array([result[2] for result in results]) < 1.96).mean(axis=0)
+    print(f"\n{len(results)} of {count}; of the poses given p, the share that is right")
+    for low, high in pairwise(BINS):
+        chosen = (chance >= low) & (chance < high)
+        if chosen.any():
+            given, share = chance[chosen].mean(), right[chosen].mean()
+            spread = math.sqrt(max(given * (1 - given), 1e-4) / chosen.sum())
+            print(f"  given {given:.3f}  right {share:.3f} +- {spread:.3f}  ({chosen.sum()} poses)")
+            # Better than said is no fault beyond what calibration allows; worse is one beyond chance.
+            if share < given - SIGMAS * spread - 0.01 or share > given + SIGMAS * spread + 0.05:
+                wrong.append(f"of those given {given:.3f} {share:.3f} are right")
+    print("  95 % intervals hold the truth (asked: 93 to 97 %), x y z theta_x theta_y, in %: ", end="")
+    print(" ".join(f"{100 * value:.1f}" for value in inside), f" all {100 * inside.mean():.1f}")
+    print(f"  mean probability {chance.mean():.3f}, share right {right.mean():.3f}")
+    spread = math.sqrt(0.95 * 0.05 / len(results))
+    if (inside < 0.93 - SIGMAS * spread).any() or (inside > 0.97 + SIGMAS * spread).any():
+        wrong.append(f"intervals hold {inside}")
     assert not wrong
 
 

@@ -54,13 +54,6 @@ def test_a_lamp_out_of_the_plane_tells_the_pose(extra, theta_x_deg, theta_y_deg)
     assert found.to_dict()["extra_lights"][0]["x_px"] == found.choice.extra_px[0, 0]
 
 
-def test_the_lamp_makes_the_attitude_better_known():
-    image, truth = shown(DOCK)
-    alone, told = (estimate(image, CAMERA, dock) for dock in (RING, DOCK))
-    nearer = min(alone.candidates, key=lambda pose: angle_deg(pose, truth))
-    assert math.hypot(*told.selected.sigma_theta_rad) < math.hypot(*nearer.sigma_theta_rad)
-
-
 @pytest.mark.parametrize("theta_y_deg", [8.0, 20.0, 35.0])
 def test_a_dead_lamp_says_nothing(theta_y_deg):
     image, _ = shown(RING, theta_y_deg=theta_y_deg)

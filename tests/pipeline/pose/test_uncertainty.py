@@ -51,32 +51,12 @@ def part(pose: CirclePose, name: str) -> tuple[float, ...]:
     return *position, *theta
 
 
-def test_the_diameter_scales_the_range_and_nothing_else():
-    dock = Dock(0.30, 10, diameter_sigma_m=0.003)
-    pose = pose_by(PINHOLE, dock, seen(PINHOLE, dock, (0.2, -0.1, 2.0), (10, 20)))
-    # One per cent of the diameter is one per cent of each coordinate.
-    assert part(pose, "diameter") == pytest.approx((0.002, 0.001, 0.02, 0, 0), abs=2e-5)
-
-
 def test_the_focal_length_scales_the_range():
     pose = pose_by(PINHOLE, Dock(0.30, 10), seen(PINHOLE, Dock(0.30, 10), (0, 0, 2.0)))
     x, y, z, *_ = part(pose, "camera")
     # 0.3 % of the focal length, and 2 of 700 px of the principal point at 2 m.
     assert z == pytest.approx(0.003 * 2.0, rel=0.02)
     assert (x, y) == pytest.approx((2.0 * 2 / 700, 2.0 * 2 / 700), rel=0.02)
-
-
-def test_lights_off_their_places_go_in_by_how_many_there_are():
-    exact = Camera(700, 700, 319.5, 239.5, 640, 480, sigma=EXACT)
-    sigmas = []
-    for lights in (8, 32):
-        dock = Dock(0.30, lights, diameter_sigma_m=0.0, lights_sigma_m=0.001)
-        sigmas.append(part(pose_by(exact, dock, seen(exact, dock, (0, 0, 2.0))), "lights"))
-    # The radius is the mean of N distances. A tilt moves lights at angle a by
-    # (cos² a, cos a sin a), which half looks like a step sideways: of the middle that doubles the variance, 1 / N.
-    assert sigmas[0][0] == pytest.approx(0.001 * math.sqrt(2 / 8), rel=0.02)
-    assert sigmas[0][2] == pytest.approx(2.0 * 0.001 / 0.15 / math.sqrt(8), rel=0.05)
-    assert np.divide(sigmas[0][:3], sigmas[1][:3]) == pytest.approx([2, 2, 2], rel=0.02)
 
 
 def test_what_the_residuals_show_of_the_lights_is_not_counted_again():
@@ -220,14 +200,6 @@ def test_where_lights_are_on_a_dock_whose_number_is_not_known_follows_from_their
     rays = light_rays(seen(PINHOLE, deep, place_m, np.degrees([0.4, -0.5])), PINHOLE)
     shared = SharedErrors(PINHOLE, msgspec.structs.replace(deep, lights=None), place_m, rays)
     np.testing.assert_allclose(shared._lights_m(R), deep.light_points(), atol=1e-9)  # pyright: ignore[reportPrivateUsage]
-
-
-def test_a_depth_that_is_not_known_goes_in_along_the_normal():
-    dock = Dock(0.30, 10, lamp_depth_m=0.01, lamp_depth_sigma_m=0.004)
-    pose = pose_by(PINHOLE, dock, seen(PINHOLE, dock, (0.1, 0.0, 1.5), (0, 30)))
-    sigmas = np.array(part(pose, "lights"))
-    # The normal is (-sin 30, 0, -cos 30), and a shift of the whole ring turns nothing.
-    np.testing.assert_allclose(sigmas, 0.004 * np.array([0.5, 0, math.sqrt(0.75), 0, 0]), atol=2e-5)
 
 
 def test_a_lamps_depth_as_large_as_the_ring_is_refused():

@@ -1,5 +1,6 @@
 """What is known of a picture: the YAML beside it with camera, dock and true pose; dock files; the sample scenes."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,10 +10,12 @@ from dockpose.camera.camera import Camera
 from dockpose.camera.files import load_camera
 from dockpose.camera.formats.readers import is_known
 from dockpose.dock import Dock
-from dockpose.files import FileError, read_yaml
+from dockpose.files import MOST_BYTES, FileError, read_small, read_yaml
+from dockpose.lights.by_hand import ByHand
 from dockpose.pose.known import KnownPose, read_known_pose
 
 FIRST_SAMPLE = "plain"
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _PACKAGE = Path(__file__).resolve().parent
 
 
@@ -37,6 +40,42 @@ def read_sidecar(picture: Path) -> Sidecar:
         dock=dock_from(content["dock"], path) if "dock" in content else None,
         truth=read_known_pose(content.get("truth")),
     )
+
+
+def lights_beside(picture: Path) -> ByHand | None:
+    """The lights that NAME.yaml beside NAME.png says somebody has set; None where it says none, or is no YAML."""
+    path = picture.with_suffix(".yaml")
+    if not path.is_file():
+        return None
+    try:
+        content = read_yaml(path)
+    except FileError:  # camera and dock were given, so that nobody needs the file
+        return None
+    return _by_hand(content, path) if "lights_px" in content else None
+
+
+def load_lights(path: str | Path) -> ByHand:
+    """Read the lights that somebody has set, from YAML or JSON with ``lights_px`` or a table with a line x, y for each.
+
+    Raises FileError where the file is neither.
+    """
+    text = read_small(path, MOST_BYTES).decode(errors="replace")
+    rows = [re.split(r"[\s,;]+", line.strip(" \t,;")) for line in text.splitlines() if line.strip()]
+    if rows and rows[0] == ["x", "y"]:
+        rows = rows[1:]
+    if rows and all(len(row) == 2 and _NUMBER.fullmatch(row[0]) and _NUMBER.fullmatch(row[1]) for row in rows):
+        return _by_hand({"lights_px": [[float(x), float(y)] for x, y in rows]}, path)
+    content = read_yaml(path)
+    if "lights_px" not in content:
+        raise FileError(f"{path}: has no key lights_px, and is no table of x, y")
+    return _by_hand(content, path)
+
+
+def _by_hand(content: dict[str, Any], path: str | Path) -> ByHand:
+    try:
+        return msgspec.convert({key: content[key] for key in ("lights_px", "snap") if key in content}, ByHand)
+    except msgspec.ValidationError as error:
+        raise FileError(f"{path}: lights_px: {error}") from error
 
 
 def completed(path: Path, camera: Camera | None, dock: Dock | None) -> tuple[Camera, Dock]:

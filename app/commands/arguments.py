@@ -81,7 +81,7 @@ def check_least(arguments: argparse.Namespace, **least: int) -> None:
     """Raise UserError where a number is below its least."""
     for name, value in least.items():
         if getattr(arguments, name) < value:
-            raise UserError(f"--{name} is {getattr(arguments, name)}; it must be at least {value}")
+            raise UserError(f"--{name.replace('_', '-')} is {getattr(arguments, name)}; it must be at least {value}")
 
 
 def camera_of(arguments: argparse.Namespace, tell: Callable[[str], None] = say) -> Camera | None:

@@ -8,8 +8,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import msgspec
 import numpy as np
-from dockpose import Estimate, Settings, estimate
+from dockpose import Estimate, Settings
 from dockpose.app.commands import arguments as given
 from dockpose.app.commands import console
 from dockpose.app.commands.output import ResultWriter
@@ -25,6 +26,8 @@ from dockpose.app.processing.masks import AutoMasks
 from dockpose.app.resources import versions
 from dockpose.app.state.trust import trust_of
 from dockpose.camera.image import decode, read_picture_file
+from dockpose.lights.by_hand import ByHand
+from dockpose.sidecar import load_lights
 from dockpose.text import as_text
 from dockpose.thresholds import METHODS
 from dockpose.tracking import NO_TRACK
@@ -36,7 +39,7 @@ KNOWN = {"method": {"choices": METHODS}, "words": {"least_px": Settings().min_ar
 
 # What does not go with --session.
 _OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock", "vehicle")
-_OWN += ("camera_size",)
+_OWN += ("camera_size", "lights_at", "snap")
 _WRITTEN = ("json", "csv", "tum", "annotate", "out", "record")
 _MOST_NUMBERS = 4  # of a row that are listed one by one
 
@@ -56,6 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     capture = given.capture_of(arguments, arguments.sources)
     found = resolve(arguments.sources, camera, dock, console.say, arguments.rate, arguments.topic, arguments.rotate)
     parts = [dataclasses.replace(part, capture=capture) if isinstance(part, FrameSource) else part for part in found]
+    arguments.by_hand = _lights_of(arguments, parts)
     if arguments.annotate is not None and (len(parts) != 1 or isinstance(parts[0], Batch)):
         from dockpose.app.export.video import is_video_file
 
@@ -67,10 +71,31 @@ def run(arguments: argparse.Namespace) -> int:
     return _estimate(parts, settings, arguments)
 
 
+def _lights_of(arguments: argparse.Namespace, parts: list[Batch | FrameSource | None]) -> ByHand | None:
+    """The lights of ``--lights-at``, which a picture keeps. Raises UserError where they can be of none."""
+    path = arguments.lights_at
+    if path is None:
+        if arguments.snap or arguments.at_frame:
+            raise UserError("--snap and --at-frame go with --lights-at FILE")
+        return None
+    with blaming("--lights-at "):
+        lights = load_lights(path)
+    if arguments.snap:
+        lights = msgspec.structs.replace(lights, snap=True)
+    part = parts[0] if len(parts) == 1 else None
+    if isinstance(part, Batch) and len(part.files) == 1 and not arguments.at_frame:
+        part.set_lights(lights)
+    elif not isinstance(part, FrameSource):
+        raise UserError(
+            f"--lights-at {path}: these are lights of one picture, or of a frame of one film; give one SOURCE"
+        )
+    return lights
+
+
 def _check(arguments: argparse.Namespace) -> None:
     """Raise UserError for what the options cannot be, whatever the sources are."""
     rate_hz = arguments.rate
-    given.check_least(arguments, jobs=1)
+    given.check_least(arguments, jobs=1, at_frame=0)
     if rate_hz is not None and not 0 < rate_hz < 1e6:
         raise UserError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
     if arguments.out is not None and arguments.out.suffix.lower() != MCAP_ENDING:
@@ -174,7 +199,7 @@ def _estimate_pictures(
 
     def work(picture: Picture) -> Estimate:
         wanted = auto_masks.settings_for(picture.image.shape, picture.camera, picture.dock)
-        found = estimate(picture.image, picture.camera, picture.dock, wanted)
+        found = picture.estimate(wanted)
         auto_masks.see(found, str(picture.path))
         return found
 
@@ -188,7 +213,7 @@ def run_session(arguments: argparse.Namespace) -> int:
         raise UserError(f"--session {arguments.session} takes the place of SOURCE ({arguments.sources[0]}); give one")
     for name in (*_OWN, *_WRITTEN):
         value = getattr(arguments, name, None)
-        if value not in (None, []) and (name, value) != ("rotate", 0):
+        if value not in (None, [], False) and (name, value) != ("rotate", 0):
             option = name.replace("_", "-")
             raise UserError(f"--{option} does not go with --session, which has each frame's own and writes nothing")
     return replay_session(arguments.session)

@@ -114,6 +114,9 @@ class _Run:
         frames = self._frames
         if not is_split(self._how) or frames.is_live:
             return self._one_by_one()
+        if self._how.by_hand is not None:
+            self._tell(f"{frames.source}: its frames follow from lights that are set, and are estimated one by one")
+            return self._one_by_one()
         if frames.count is None or (isinstance(frames, Video) and not frames.is_counted):
             self._tell(f"{frames.source}: its frames cannot be counted, so that they are estimated one by one")
             return self._one_by_one()
@@ -123,7 +126,7 @@ class _Run:
         frames = self._frames if self._frames.is_live else read_ahead(self._frames)
         for frame in self._frames.fitting(frames, self.camera):
             self.last = frame
-            followed = self._following.see(frame)
+            followed = self._following.see(frame, self._how.by_hand if frame.index == self._how.at_frame else None)
             yield found_in(frame, frame.name, followed.tracked.estimate), followed
 
     def _split(self, count: int) -> Iterator[tuple[Found, Followed]]:

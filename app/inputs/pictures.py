@@ -2,19 +2,20 @@
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Self, TypeVar
 
 import msgspec
 import numpy as np
-from dockpose import Camera, Dock
+from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.errors import UserError
 from dockpose.camera.image import orientation_sentence, turned
 from dockpose.camera.stills import name_of
 from dockpose.files import FileError, to_yaml, write_whole
+from dockpose.lights.by_hand import ByHand
 from dockpose.pose.known import KnownPose
-from dockpose.sidecar import read_sidecar, sample_path
+from dockpose.sidecar import lights_beside, read_sidecar, sample_path
 from dockpose.sources import Frame, SourceError, list_pictures
 from dockpose.sources.kinds import Kind, kind_of
 from dockpose.sources.pictures import read_tagged
@@ -40,6 +41,12 @@ class Picture:
     time_unix_s: float | None = None  # when it was taken, since 1970-01-01 00:00 UTC
     tag: int = 1  # of its orientation, by EXIF's numbers
     encoded: bytes | None = None  # see ``Frame.encoded``
+    by_hand: ByHand | None = None  # lights that somebody has set in it
+
+    def estimate(self, settings: Settings) -> Estimate:
+        """Search it, or take the lights that somebody has set in it."""
+        lights = {} if self.by_hand is None else msgspec.structs.asdict(self.by_hand)
+        return estimate(self.image, self.camera, self.dock, settings, **lights)
 
     def frame(self) -> Frame:
         """The picture as the only frame of a source."""
@@ -54,11 +61,19 @@ class PictureFile:
     camera: Camera
     dock: Dock
     rotate_deg: int = 0
+    by_hand: ByHand | None = None
+
+    def with_lights(self, by_hand: ByHand | None) -> Self:
+        """The picture with lights that are set in it. Raises UserError where it is to be turned."""
+        if by_hand is not None and self.rotate_deg:
+            raise UserError(f"{self.path}: lights are set in the picture as it is, and do not go with --rotate")
+        return replace(self, by_hand=by_hand)
 
     def read(self) -> Picture:
         """Read and decode it. Raises ImageError, which names the file, where that cannot be done."""
         image, sha256, taken_s, tag, encoded = read_tagged(self.path)
         more = {"time_unix_s": taken_s, "tag": tag, "encoded": None if self.rotate_deg else encoded}
+        more["by_hand"] = self.by_hand
         return Picture(self.path, turned(image, self.rotate_deg), sha256, self.camera, self.dock, **more)
 
 
@@ -81,7 +96,8 @@ class Batch:
                 for path in list_pictures(source):
                     try:
                         own_camera, own_dock = camera_and_dock(path, camera, dock)
-                        files.append(PictureFile(path, own_camera.rotated(rotate_deg), own_dock, rotate_deg))
+                        file = PictureFile(path, own_camera.rotated(rotate_deg), own_dock, rotate_deg)
+                        files.append(file.with_lights(lights_beside(path)))
                     except InputError as error:
                         refused.append(error)
             except SourceError as error:
@@ -103,6 +119,10 @@ class Batch:
                 self.skip(str(error) if str(file.path) in str(error) else f"{file.path}: {error}")
             else:
                 yield picture, result
+
+    def set_lights(self, by_hand: ByHand) -> None:
+        """Set the lights of the first picture by hand."""
+        self.files = (self.files[0].with_lights(by_hand), *self.files[1:])
 
     def tell_orientation(self, tag: int, path: Path) -> None:
         """Report a picture's tag of orientation, each kind once."""

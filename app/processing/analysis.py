@@ -156,7 +156,7 @@ def estimate_again(image: np.ndarray, line: dict[str, Any]) -> Estimate:
             raise ValueError(f"has no {name}") from error
         except msgspec.ValidationError as error:
             raise ValueError(f"{name}: {error}") from error
-    found = estimate(image, **parts)
+    found = estimate(image, **parts, **(line.get("by_hand") or {}))
     chosen_by = line.get("selected_by")
     if chosen_by not in _FROM_OUTSIDE:
         return found

@@ -5,11 +5,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from dockpose import Camera, Dock, Estimate, Settings, Tracker
+import msgspec
+from dockpose import Camera, Dock, Estimate, Settings, Tracker, estimate
 from dockpose.app.processing.analysis import Analysis, TrackedFrame, Trajectory, select_pose
 from dockpose.app.processing.masks import AutoMasks
 from dockpose.app.state.trust import Trust, trust_of
 from dockpose.app.state.view import View, with_first_frame, with_frame
+from dockpose.lights.by_hand import ByHand
 from dockpose.pose.choice import DECIDED
 from dockpose.sources import ExposureWatch, Frame, Frames
 from dockpose.tracking.search import Search
@@ -42,10 +44,14 @@ class Following:
         self.masks = AutoMasks(settings, tell)
         self.settings = settings  # with the masks found so far
 
-    def see(self, frame: Frame) -> Followed:
-        """Search the next frame and update the track."""
+    def see(self, frame: Frame, by_hand: ByHand | None = None) -> Followed:
+        """Search the next frame, or take the lights that somebody has set in it, and update the track."""
         settings = self.masks.settings_for(frame.image.shape, self._camera, self._dock)
-        found = self._search.see(frame.image, frame.index, frame.time_s, settings)
+        if by_hand is None:
+            found = self._search.see(frame.image, frame.index, frame.time_s, settings)
+        else:
+            found = estimate(frame.image, self._camera, self._dock, settings, **msgspec.structs.asdict(by_hand))
+            self._search.begin(found, frame.image, frame.index, frame.time_s)
         self.masks.see(found, f"{frame.name} frame {frame.index}")
         self.settings = self.masks.settings_for(frame.image.shape, self._camera, self._dock)
         if self._watch is not None and (sentence := self._watch.see(frame, found)):

@@ -17,7 +17,7 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from dockpose import Camera, Dock, Estimate, Settings, estimate
+from dockpose import Camera, Dock, Estimate, Settings
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import PictureFile
 from dockpose.app.inputs.sequences import FrameSource
@@ -116,7 +116,7 @@ def _estimate_pictures(files: tuple[PictureFile, ...], folder: str, start: int, 
         name = str(file.path)
         try:
             picture = replace(file, path=Path(folder) / file.path).read()
-            found = estimate(picture.image, file.camera, file.dock, settings)
+            found = picture.estimate(settings)
         except ValueError as error:
             text = _as_typed(str(error), [name], folder)
             done.append(Found(name, index, None, name, None, None, text if name in text else f"{name}: {text}", 1))

@@ -136,6 +136,9 @@ def _doubts_about_ring(found: Estimate) -> Iterator[tuple[Colour, str]]:
         yield "amber", f"{count(lights, 'light')} fit a pose wherever they are, so nothing checks this one."
     if found.detection is not None and found.detection < DECIDED:
         yield "amber", f"That the lights are a dock at all is {percent(found.detection, 0)} % sure."
+    if found.detection is None:
+        when = "" if found.by_hand is not None else " in an earlier frame"
+        yield "amber", f"The lights were set by hand{when}: nothing checks that they are a dock."
     for rival in ring.rivals:
         x, y = markers.points_px[rival].mean(axis=0)
         yield "amber", f"A second ring, of {count(int(rival.sum()), 'light')}, is in view at ({x:.0f}, {y:.0f}) px."

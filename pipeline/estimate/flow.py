@@ -20,16 +20,19 @@ from dockpose.camera.image import (
 )
 from dockpose.checks import check_is
 from dockpose.dock import Dock
+from dockpose.estimate.by_hand import at_lights
 from dockpose.estimate.drawing import picture_of
 from dockpose.estimate.result import Estimate
 from dockpose.estimate.search import search
 from dockpose.estimate.stages import Picture
+from dockpose.lights.by_hand import ByHand
 from dockpose.lights.masks import hide
 from dockpose.lights.region import Region, crop, masks_within, part_of
 from dockpose.settings import Settings
-from dockpose.sidecar import completed, sample_source
+from dockpose.sidecar import completed, lights_beside, sample_source
 from dockpose.text import shown
 from dockpose.thresholds import histogram_of
+from numpy.typing import ArrayLike
 
 
 def estimate(
@@ -40,8 +43,10 @@ def estimate(
     *,
     fall_back: bool = True,
     like: Estimate | None = None,
+    lights_px: ArrayLike | None = None,
+    snap: ArrayLike = False,
 ) -> Estimate:
-    """Find the dock in one picture.
+    """Find the dock in one picture, or take the lights that somebody has set in it.
 
     Parameters
     ----------
@@ -62,6 +67,13 @@ def estimate(
     like : Estimate or None
         An estimate of this very picture, as with another camera or dock. Where settings and tone curve are the same
         and it was searched, its threshold and its groups are taken over, which saves most of the time.
+    lights_px : (N, 2) array_like, optional
+        Where the dock's lights are in the picture, x and y of each in pixels, as a person sees them: nothing is
+        searched then, and ``detection`` is None. Five or more, or three or more of a dock whose number is known. Of a
+        file, what NAME.yaml beside it says where none are given.
+    snap : bool or (N,) array_like of bool
+        Take the centre of the bright spot at each of these. Where there is none, and without ``snap``, a light is
+        where it was set, to 0.7 pixels.
 
     Returns
     -------
@@ -78,6 +90,8 @@ def estimate(
         image = Path(sample_source(str(image)))
         if camera is None or dock is None:
             camera, dock = completed(image, camera, dock)
+        if lights_px is None and (beside := lights_beside(image)) is not None:
+            lights_px, snap = beside.lights_px, beside.snap
     camera, dock = check_is("camera", camera, Camera), check_is("dock", dock, Dock)
     settings = check_is("settings", settings or Settings(), Settings)
     given, path, note = image, None, ""
@@ -94,7 +108,10 @@ def estimate(
     height, width = whole.shape[:2]
     scaled = camera.for_size(width, height)
     counted = picture.histogram.counted
-    if counted is not None and not counted.any():
+    if lights_px is not None:
+        by_hand = ByHand.checked(lights_px, snap, width, height)
+        status, message, stages = at_lights(picture, scaled, dock, settings, by_hand)
+    elif counted is not None and not counted.any():
         status, message, stages = "no_lights", "No lights: the whole picture is masked.", {}
     else:
         status, message, stages = search(picture, scaled, dock, settings, fall_back)

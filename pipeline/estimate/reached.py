@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
+from dockpose.lights.by_hand import ByHand
 from dockpose.lights.ellipse import Ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
@@ -38,6 +39,7 @@ class Stages:
     elapsed_ms: float = 0.0
     found_by: str = "search"
     in_white: bool = False
+    by_hand: ByHand | None = None
     picture: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
 
     @cached_property

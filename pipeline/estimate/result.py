@@ -38,13 +38,17 @@ class Estimate(Stages):
         The stages; None where a stage was not reached.
         The ellipse is in pixels of the undistorted picture.
     detection : float or None
-        Probability that the ring is a dock at all; those of the candidates are given that it is.
+        Probability that the ring is a dock at all; those of the candidates are given that it is. None of lights that
+        were set by hand.
     elapsed_ms : float
         How long it took.
-    found_by : {"search", "following"}
-        Whether the picture was searched, or measured where the lights must be by the frame before.
+    found_by : {"search", "following", "hand"}
+        Whether the picture was searched, or measured where the lights must be by the frame before, or somebody set
+        them.
     in_white : bool
         Whether the lights show in the darkest of the colour channels rather than in grey.
+    by_hand : ByHand or None
+        The lights that somebody has set in this picture.
     picture : callable or None
         Gives the picture again, where it is still there, for the drawing in a notebook. It does not keep the picture
         alive, and is left behind where the estimate is pickled.
@@ -118,6 +122,7 @@ class Estimate(Stages):
             "extra_lights": self._extra_dicts(),
             "detection": self.detection,
             "found_by": self.found_by,
+            "by_hand": msgspec.json.decode(msgspec.json.encode(self.by_hand)),
             "rivals": [] if self.ring is None else [self._rival_dict(rival) for rival in self.ring.rivals],
             "elapsed_ms": round(self.elapsed_ms, 3),
         }

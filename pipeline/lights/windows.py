@@ -35,6 +35,11 @@ def spots_in_windows(grey: np.ndarray, points_px: np.ndarray, far_px: np.ndarray
     return Spots(table[:, :2], table[:, 2], table[:, 3], table[:, 4], table[:, 5], table[:, 6:10], table[:, 10] > 0)
 
 
+def reach_px_of(halves_px: np.ndarray) -> np.ndarray:
+    """How far (N,) from a light's middle the water around it is."""
+    return np.ceil(halves_px + np.maximum(3.0, halves_px))
+
+
 @compiled
 def _spots(grey: np.ndarray, points: np.ndarray, far: np.ndarray, reach: np.ndarray) -> np.ndarray:
     """Table (N, 11) of the numbers of ``Spots``."""

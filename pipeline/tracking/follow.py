@@ -11,14 +11,15 @@ from typing import Any
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.estimate import geometry
+from dockpose.estimate.by_hand import judge_set
 from dockpose.estimate.flow import notes_on, picture_in
 from dockpose.estimate.stages import Picture, judge_ring
 from dockpose.lights.markers import Markers, grey_centres, with_fitted_centres
-from dockpose.lights.windows import Spots, spots_in_windows
+from dockpose.lights.windows import Spots, reach_px_of, spots_in_windows
 from dockpose.settings import Settings
 from dockpose.tracking.association import mapped, moved, shifted
 from dockpose.tracking.chain import reach_m
-from dockpose.tracking.sighting import LEAST_LIGHTS, Sighting, missing_px, reach_px_of
+from dockpose.tracking.sighting import LEAST_LIGHTS, Sighting, missing_px
 
 _NOMINAL_PERIOD_S = 0.1  # between frames whose times are unknown
 _LEAST_PERIOD_S = 1e-3  # two frames may bear one time
@@ -161,16 +162,21 @@ def _judged(
     )
     threshold = before.threshold if before.threshold.groups is None else replace(before.threshold, groups=None)
     stages: dict[str, Any] = {"threshold": threshold, "markers": markers, "ring": ring}
-    status, message, stages, _ = judge_ring(picture, before.camera, before.dock, stages)
+    if before.detection is None:
+        status, message, stages = judge_set(picture, before.camera, before.dock, stages, "followed")
+    else:
+        status, message, stages, _ = judge_ring(picture, before.camera, before.dock, stages)
     if status != "ok":
         return message
-    stages["detection"] = min(stages["detection"], before.detection or 0.0)
+    if before.detection is not None:
+        stages["detection"] = min(stages["detection"], before.detection)
     found = replace(
         before,
         status=status,
         message=message + notes_on(camera, before.camera),
         **stages,
         found_by="following",
+        by_hand=None,
         elapsed_ms=1000 * (time.perf_counter() - start),
         picture=None,
     )

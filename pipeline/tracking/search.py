@@ -24,7 +24,8 @@ class Search:
     """Finds the dock in frame after frame: follows it, and searches where that fails and now and then.
 
     Each 100th frame is searched, so that blocks can be done in any order; of a live source one about each second,
-    beside following. Where that shows another ring, the next frame is searched.
+    beside following. Where that shows another ring, the next frame is searched. What follows from lights that were set
+    by hand is searched only once it is lost.
     """
 
     def __init__(self, camera: Camera, dock: Dock, *, is_live: bool = False) -> None:
@@ -35,17 +36,23 @@ class Search:
         self._is_another = False  # whether that showed another ring
         self._searched_s = 0.0  # when one was searched last
 
+    def begin(self, found: Estimate, image: Any, index: int, time_s: float | None) -> None:
+        """Follow from what somebody else has found in a frame."""
+        self._last, self._index = (begin(found, image, time_s) if _is_plain(image) else None), index
+
     def see(self, image: Any, index: int, time_s: float | None, settings: Settings) -> Estimate:
         """Follow the dock into the next frame, (H, W) or (H, W, 3), or search that."""
-        last = self._last if self._is_live or index // BLOCK == self._index // BLOCK else None
+        is_set = self._last is not None and self._last.found.detection is None
+        last = self._last if is_set or self._is_live or index // BLOCK == self._index // BLOCK else None
         self._index = index
         if last is not None and period_s(last.time_s, time_s) > settings.lost_after_s:
             last = None
         if self._is_another:
             last, self._is_another = None, False
-        if last is not None and index % _AGAIN == 0 and (last.found.detection or 0.0) < DECIDED:
+        sure = 1.0 if last is None or last.found.detection is None else last.found.detection
+        if index % _AGAIN == 0 and sure < DECIDED:
             found = estimate(image, self._camera, self._dock, settings)
-            if (found.detection or 0.0) > (last.found.detection or 0.0):
+            if (found.detection or 0.0) > sure:
                 self._last = begin(found, image, time_s) if _is_plain(image) else None
                 return found
         followed = None
@@ -54,7 +61,7 @@ class Search:
             followed = follow(image, last, self._camera, time_s) if is_same_size else None
         if isinstance(followed, Sighting):
             self._last = followed
-            if self._is_live:
+            if self._is_live and not is_set:
                 self._search_beside(image, followed.found)
             return followed.found
         found = estimate(image, self._camera, self._dock, settings)

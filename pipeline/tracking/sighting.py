@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 from dockpose.estimate.flow import picture_in
 from dockpose.estimate.result import Estimate
-from dockpose.lights.windows import Spots, spots_in_windows
+from dockpose.lights.windows import Spots, reach_px_of, spots_in_windows
 
 _FARTHEST_PX = 1e5  # from the picture's corner, where a light behind the camera may seem to be
 LEAST_LIGHTS = 4  # that are followed
@@ -133,8 +133,3 @@ def _extended(values: np.ndarray | None, members: np.ndarray, more: int) -> np.n
     if values is None:
         return None
     return np.concatenate([np.nan_to_num(values[members]), np.zeros((more, *values.shape[1:]))])
-
-
-def reach_px_of(halves_px: np.ndarray) -> np.ndarray:
-    """How far (N,) from a light's middle the water around it is."""
-    return np.ceil(halves_px + np.maximum(3.0, halves_px))

@@ -19,6 +19,7 @@ from dockpose.tracking.follow import period_s
 from dockpose.tracking.hypotheses import Hypotheses
 from dockpose.tracking.search import Search
 from dockpose.vehicle import Vehicle
+from numpy.typing import ArrayLike
 
 # Centroid errors depend on sub-pixel position and persist between frames, and so do those of lights out of place. So
 # each frame's evidence is down-weighted: by the first factor if the ring moved a pixel or more, by the second at rest.
@@ -196,13 +197,21 @@ class Tracker:
         self._search, self._frames = Search(self.camera, self.dock), 0
 
     def see(
-        self, image: np.ndarray | str | os.PathLike[str], time_s: float | None = None, command: Command | None = None
+        self,
+        image: np.ndarray | str | os.PathLike[str],
+        time_s: float | None = None,
+        command: Command | None = None,
+        *,
+        lights_px: ArrayLike | None = None,
+        snap: ArrayLike = False,
     ) -> Tracked:
-        """Search the next frame, as :func:`estimate` does, and update the track; ``command`` is known motion."""
-        if self.follow_lights:
+        """Search the next frame, or take the lights set in it, as :func:`estimate`; ``command`` is known motion."""
+        if self.follow_lights and lights_px is None:
             found = self._search.see(image, self._frames, time_s, self.settings)
         else:
-            found = estimate(image, self.camera, self.dock, self.settings)
+            found = estimate(image, self.camera, self.dock, self.settings, lights_px=lights_px, snap=snap)
+        if lights_px is not None:
+            self._search.begin(found, image, self._frames, time_s)
         self._frames += 1
         return self.follow(found, time_s, command)
 

@@ -1,0 +1,106 @@
+"""Lights that are set by hand: at the marks of photographs, and in drawn scenes beside what the search finds there.
+
+``python -m tests.bench.bench_hand [--data DATA]``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from dockpose import Camera, Dock, Estimate, estimate
+from dockpose.camera.image import read
+from dockpose.lights.by_hand import EXACT_PX
+from dockpose.lights.ellipse import MIN_POINTS, fit_ellipse
+from dockpose.study.judge import nearest, signed_errors
+
+from tests.bench.floors import at_least
+from tests.bench.lamps import DIAMETER_M
+from tests.bench.seen_scenes import Shown, circle, dock_drawn, drawn, even
+
+_CLICKED_PX, _AT_MARKS_PX = 1.5, 2.0  # scatter of x and of y
+_SAME = 0.02  # share of the marks' larger semi-axis
+_SCENES, _SEED, _INTERVAL = 120, 6900, 1.96
+_LED_FIELD_OF_VIEW = 1.1547  # of a photograph's width to the assumed focal length: 60 degrees across
+
+
+def scene(rng: np.random.Generator) -> tuple[Shown, np.ndarray]:
+    """A dock of six to sixteen lights, and where (N, 2) they are in the picture."""
+    lights = int(rng.integers(6, 17))
+    dock = Dock(DIAMETER_M, lights)
+    lamps = dock_drawn(rng, circle(even(lights)), dock, share=(0.14, 0.42), tilt_deg=(5, 45))
+    return drawn(rng, lamps, background=rng.uniform(3, 40), noise=1.5), lamps.points_px
+
+
+def compared(seed: int) -> tuple[float, float, np.ndarray]:
+    """Errors of the snapped pose and of the search's, over the range; and of exact clicks which (5,) intervals hold."""
+    rng = np.random.default_rng([_SEED, seed])
+    shown, lamps_px = scene(rng)
+    assert shown.position_m is not None
+    assert shown.normal is not None
+
+    def off(found: Estimate) -> float:
+        errors = signed_errors(nearest(found.candidates, shown.normal), shown.position_m, shown.normal)
+        return float(np.linalg.norm(errors[:3]) / shown.position_m[2])
+
+    by_search = estimate(shown.image, shown.camera, shown.dock)
+    clicked = lamps_px + rng.normal(0, _CLICKED_PX, lamps_px.shape)
+    snapped = estimate(shown.image, shown.camera, shown.dock, lights_px=clicked, snap=True)
+    exact_px = lamps_px + rng.normal(0, EXACT_PX, lamps_px.shape)
+    pose = nearest(estimate(shown.image, shown.camera, shown.dock, lights_px=exact_px).candidates, shown.normal)
+    sigmas = np.array([*(pose.sigma_position_m or ()), *np.degrees(pose.sigma_theta_rad or ())])
+    held = np.abs(signed_errors(pose, shown.position_m, shown.normal)) <= _INTERVAL * sigmas
+    return off(snapped), math.inf if by_search.status != "ok" else off(by_search), held
+
+
+def same_ellipse(folder: Path, entry: dict[str, Any], rng: np.random.Generator) -> float:
+    """By how much the ellipse through lights clicked at a photograph's marks, snapped, is off theirs, of its axis."""
+    image = read(folder / entry["picture"])
+    height, width = image.shape[:2]
+    focal = width / _LED_FIELD_OF_VIEW
+    camera = Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
+    marks = np.array(entry["lights"])
+    clicked = marks + rng.normal(0, _AT_MARKS_PX, marks.shape)
+    found = estimate(image, camera, Dock(0.10, entry["N"]), lights_px=clicked, snap=True)
+    if found.ellipse is None:
+        return math.inf
+    theirs, ours = fit_ellipse(marks), found.ellipse
+    off = np.subtract((*theirs.centre_px, *theirs.semi_axes_px), (*ours.centre_px, *ours.semi_axes_px))
+    return float(np.abs(off).max() / theirs.semi_axes_px[0])
+
+
+def test_in_drawn_scenes_lights_set_by_hand_are_as_good_as_the_search() -> None:
+    with get_context("spawn").Pool() as pool:
+        rows = pool.map(compared, range(_SCENES))
+    snapped, searched, held = (np.array(each) for each in zip(*rows, strict=True))
+    both = np.isfinite(searched)
+    ratio = float(np.median(snapped[both]) / np.median(searched[both]))
+    print(f"\n{both.sum()} of {_SCENES} found by the search; error snapped / searched {ratio:.3f}")
+    print(
+        "95 % intervals of exact clicks hold, x y z pitch yaw:",
+        *(f"{100 * share:.0f} %" for share in held.mean(axis=0)),
+    )
+    assert ratio <= 1.1
+    assert (held.sum(axis=0) >= at_least(0.92, _SCENES)).all()
+
+
+def main() -> None:
+    """Print how far ellipses are off for each marked photograph."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, required=True)
+    rng, offs = np.random.default_rng(_SEED), {}
+    for path in sorted(parser.parse_args().data.glob("leds*/leds.json")):
+        for name, entry in json.loads(path.read_text("utf-8")).items():
+            if "lights" in entry and len(entry["lights"]) >= MIN_POINTS:
+                offs[name] = same_ellipse(path.parent, entry, rng)
+                print(f"{name:24} {entry['N']:3} lights, {100 * offs[name]:.2f} % off")
+    print(f"{sum(off < _SAME for off in offs.values())} of {len(offs)} within {100 * _SAME:.0f} %")
+
+
+if __name__ == "__main__":
+    main()

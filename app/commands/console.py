@@ -63,7 +63,8 @@ def say(text: str, level: int = logging.INFO) -> None:
     """Write a message of one line to standard error, if it takes anything, and note it as an event of that level."""
     _LOG.log(level, "%s", text, extra={"is_said": True})
     with contextlib.suppress(OSError, ValueError):
-        print(f"dockpose: {printable(text)}", file=sys.stderr, flush=True)
+        sys.stderr.write(f"dockpose: {printable(text)}\n")  # whole, whenever a signal comes
+        sys.stderr.flush()
 
 
 def put(*lines: str) -> None:

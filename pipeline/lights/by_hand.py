@@ -37,11 +37,11 @@ class ByHand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             points = np.array(lights_px, dtype=float)
         except (TypeError, ValueError):
             points = np.empty(0)
-        if points.ndim != 2 or points.shape[1] != 2:
+        if points.ndim != 2 or points.shape[-1] != 2:
             raise InputError(f"lights_px is {shown(lights_px)}; it must be pairs of numbers x, y, one for each light")
-        for number, (x, y) in enumerate(points, 1):
+        for number, (x, y) in enumerate(points.tolist(), 1):
             place = f"light {number} is at {x:g}, {y:g}"
-            if not (np.isfinite(x) and np.isfinite(y)):
+            if not (math.isfinite(x) and math.isfinite(y)):
                 raise InputError(f"{place}; x and y must be finite numbers")
             if not (-0.5 <= x < width - 0.5 and -0.5 <= y < height - 0.5):
                 raise InputError(f"{place}, outside the picture, which has {width} x {height} pixels")
@@ -51,7 +51,7 @@ class ByHand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         flags = np.asarray(snap)
         if flags.dtype != bool or flags.shape not in ((), (len(points),)):
             raise InputError(f"snap is {shown(snap)}; it must be true or false, or one of these for each light")
-        return cls(tuple(map(tuple, points.tolist())), bool(flags) if flags.ndim == 0 else tuple(flags.tolist()))
+        return cls(tuple((x, y) for x, y in points.tolist()), bool(flags) if flags.ndim == 0 else tuple(flags.tolist()))
 
 
 def markers_at(

@@ -8,17 +8,19 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import tempfile
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from dockpose import Camera, Dock, Estimate, estimate
+from dockpose import Camera, Dock, Estimate, Tracker, estimate, open_frames
 from dockpose.camera.image import read
 from dockpose.lights.by_hand import EXACT_PX
 from dockpose.lights.ellipse import MIN_POINTS, fit_ellipse
 from dockpose.study.judge import nearest, signed_errors
 
+from tests.bench.films import maker
 from tests.bench.floors import at_least
 from tests.bench.lamps import DIAMETER_M
 from tests.bench.seen_scenes import Shown, circle, dock_drawn, drawn, even
@@ -41,20 +43,21 @@ def compared(seed: int) -> tuple[float, float, np.ndarray]:
     """Errors of the snapped pose and of the search's, over the range; and of exact clicks which (5,) intervals hold."""
     rng = np.random.default_rng([_SEED, seed])
     shown, lamps_px = scene(rng)
-    assert shown.position_m is not None
-    assert shown.normal is not None
+    place, normal = shown.position_m, shown.normal
+    assert place is not None
+    assert normal is not None
 
     def off(found: Estimate) -> float:
-        errors = signed_errors(nearest(found.candidates, shown.normal), shown.position_m, shown.normal)
-        return float(np.linalg.norm(errors[:3]) / shown.position_m[2])
+        errors = signed_errors(nearest(found.candidates, normal), place, normal)
+        return float(np.linalg.norm(errors[:3]) / place[2])
 
     by_search = estimate(shown.image, shown.camera, shown.dock)
     clicked = lamps_px + rng.normal(0, _CLICKED_PX, lamps_px.shape)
     snapped = estimate(shown.image, shown.camera, shown.dock, lights_px=clicked, snap=True)
     exact_px = lamps_px + rng.normal(0, EXACT_PX, lamps_px.shape)
-    pose = nearest(estimate(shown.image, shown.camera, shown.dock, lights_px=exact_px).candidates, shown.normal)
+    pose = nearest(estimate(shown.image, shown.camera, shown.dock, lights_px=exact_px).candidates, normal)
     sigmas = np.array([*(pose.sigma_position_m or ()), *np.degrees(pose.sigma_theta_rad or ())])
-    held = np.abs(signed_errors(pose, shown.position_m, shown.normal)) <= _INTERVAL * sigmas
+    held = np.abs(signed_errors(pose, place, normal)) <= _INTERVAL * sigmas
     return off(snapped), math.inf if by_search.status != "ok" else off(by_search), held
 
 
@@ -89,17 +92,39 @@ def test_in_drawn_scenes_lights_set_by_hand_are_as_good_as_the_search() -> None:
     assert (held.sum(axis=0) >= at_least(0.92, _SCENES)).all()
 
 
+def followed(data: Path, name: str) -> tuple[int, int]:
+    """Frames of a film of a photograph that are followed and right, whose lights are set in the first alone."""
+    films = maker(data)
+    entry = json.loads((data / "leds" / "leds.json").read_text("utf-8"))[name]
+    picture, lights, radius = films.still(entry)
+    height, width = picture.shape[:2]
+    focal = width / _LED_FIELD_OF_VIEW
+    camera = Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
+    tracker, rng, counts = Tracker(camera, Dock(0.10, entry["N"])), np.random.default_rng(_SEED), np.zeros(2, int)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "film.mkv"
+        places = films.film(path, picture, lights, np.random.default_rng(1))
+        for frame, there in zip(open_frames(str(path), grey=True), places, strict=True):
+            clicked = there + rng.normal(0, _CLICKED_PX, there.shape) if frame.index == 0 else None
+            found = tracker.see(frame.image, frame.time_s, lights_px=clicked, snap=True).estimate
+            is_followed = found.status == "ok" and found.detection is None
+            counts += [is_followed, is_followed and films.is_right(found.to_dict(), there, radius)]
+    return int(counts[0]), int(counts[1])
+
+
 def main() -> None:
-    """Print how far ellipses are off for each marked photograph."""
+    """Print how far ellipses are off for each marked photograph, and how long a film is followed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True)
+    data = parser.parse_args().data
     rng, offs = np.random.default_rng(_SEED), {}
-    for path in sorted(parser.parse_args().data.glob("leds*/leds.json")):
+    for path in sorted(data.glob("leds*/leds.json")):
         for name, entry in json.loads(path.read_text("utf-8")).items():
             if "lights" in entry and len(entry["lights"]) >= MIN_POINTS:
                 offs[name] = same_ellipse(path.parent, entry, rng)
                 print(f"{name:24} {entry['N']:3} lights, {100 * offs[name]:.2f} % off")
     print(f"{sum(off < _SAME for off in offs.values())} of {len(offs)} within {100 * _SAME:.0f} %")
+    print("five_air_b, a film of 60 frames: {} followed, {} right".format(*followed(data, "five_air_b")))
 
 
 if __name__ == "__main__":

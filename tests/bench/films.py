@@ -30,7 +30,7 @@ def report(data: Path, pool: Executor) -> dict[str, float]:
     if not (data / MAKER).is_file():
         print(f"\n{data / MAKER} is not there: no films were scored.")
         return {}
-    names = _maker(data).NAMES
+    names = maker(data).NAMES
     scores = list(pool.map(scored, *zip(*[(data, name, seed) for name in names for seed in SEEDS], strict=True)))
     print("\nFilms of photographed rings: frames right by seed, time beside decoding and ArUco, followed")
     figures: dict[str, float] = {}
@@ -46,7 +46,7 @@ def report(data: Path, pool: Executor) -> dict[str, float]:
 def scored(data: Path, name: str, seed: int) -> tuple[int, float, int]:
     """Frames right, time of a frame over that of decoding and ArUco, and frames followed, of one film."""
     cv2.setNumThreads(1)
-    films = _maker(data)
+    films = maker(data)
     entry = json.loads((data / "leds" / "leds.json").read_text("utf-8"))[name]
     picture, lights, radius = films.still(entry)
     following = Following(_camera(picture), Dock(diameter=0.10, lights=entry["N"]), Settings(), lambda text: None)
@@ -72,7 +72,7 @@ def scored(data: Path, name: str, seed: int) -> tuple[int, float, int]:
 
 def written(data: Path, name: str, folder: Path, frames: int) -> list[str]:
     """Write a film of so many frames and its camera file; returns the arguments that name both, and the dock."""
-    films = _maker(data)
+    films = maker(data)
     entry = json.loads((data / "leds" / "leds.json").read_text("utf-8"))[name]
     picture, lights, _ = films.still(entry)
     films.film(folder / f"{name}.mkv", picture, lights, np.random.default_rng(SEEDS[0]), frames)
@@ -101,7 +101,7 @@ def _camera(picture: np.ndarray) -> Camera:
     return Camera(fx=f, fy=f, cx=(width - 1) / 2, cy=(height - 1) / 2, width=width, height=height)
 
 
-def _maker(data: Path) -> ModuleType:
+def maker(data: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location("dockpose_films", data / MAKER)
     assert spec is not None
     assert spec.loader is not None

@@ -218,7 +218,7 @@ def read_only(monkeypatch):
 
 # What the commands begin with once they know where results go.
 WORK = (
-    *("commands.estimate.estimate", "processing.following.Following.see", "commands.compare.compare"),
+    *("inputs.pictures.estimate", "processing.following.Following.see", "commands.compare.compare"),
     *("commands.simulate.film", "commands.export._files", "commands.calibration.gathered"),
     *("commands.calibration.dock_views", "commands.paper.budget"),
     *("processing.study.workers", "export.parts.workers"),

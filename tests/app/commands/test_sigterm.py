@@ -152,6 +152,6 @@ def test_a_signal_while_compiled_code_runs_is_no_error(monkeypatch, capsys, stop
     monkeypatch.setattr("dockpose.app.commands.compare.compare", interrupted)
     assert main(["compare", str(sample_path("plain"))]) == (143 if stop is Terminated else 130)
     assert capsys.readouterr().err == f"dockpose: {'ended by SIGTERM' if stop is Terminated else 'stopped'}\n"
-    monkeypatch.setattr("dockpose.app.commands.estimate.estimate", interrupted)
+    monkeypatch.setattr("dockpose.app.inputs.pictures.estimate", interrupted)
     assert main(["estimate", str(sample_path("plain"))]) == (143 if stop is Terminated else 130)
     assert capsys.readouterr().err == "dockpose: stopped after 0 frames, whose results are kept\n"

@@ -1,7 +1,7 @@
 """Poses of lights that somebody has set, beside the truth of simulated scenes."""
 
 # A None where a value is expected fails the test, which is what it should do.
-# pyright: reportOptionalMemberAccess=false
+# pyright: reportOptionalMemberAccess=false, reportOptionalSubscript=false
 
 import cv2
 import msgspec

@@ -13,7 +13,7 @@ def lamp(x, y, radius_px, height=160.0):
     return height / (1 + np.exp(3 * (np.hypot(X - x, Y - y) - radius_px)))
 
 
-def at(grey, lights_px, snap=True):
+def at(grey, lights_px, snap: bool | tuple[bool, ...] = True):
     levels = grey.clip(0, 255).astype(np.uint8)
     return markers_at(ByHand(tuple(lights_px), snap), np.rint(grey).clip(0, 255), levels, 250.0, (79.5, 59.5))
 
@@ -40,6 +40,7 @@ def test_a_spot_in_the_halo_of_a_large_lamp_is_taken_alone():
 def test_where_there_is_no_spot_a_light_stays_where_it_was_set():
     found = at(20 + NOISE, [(30.25, 40.5)])
     np.testing.assert_array_equal(found.points_px, [[30.25, 40.5]])
+    assert found.covariances_px2 is not None
     np.testing.assert_allclose(found.covariances_px2, EXACT_PX**2 * np.eye(2)[None])
 
 

@@ -8,11 +8,11 @@ import pytest
 from dockpose import Dock
 from dockpose.camera import FlatPort
 from dockpose.lights.ellipse import fit_ellipse
-from dockpose.pose.choice import choose_by_spacing, is_square_on
+from dockpose.pose.choice import choose_by_side, choose_by_spacing, is_square_on
 from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
 from dockpose.pose.placement import place
 from dockpose.pose.solve import find_poses
-from dockpose.pose.uncertainty import PRIOR_NOISE_PX, PRIOR_NUMBERS, WORTH_OF_EVIDENCE, log_odds
+from dockpose.pose.uncertainty import PRIOR_NOISE_PX, PRIOR_NUMBERS, WORTH_OF_EVIDENCE, log_odds, noise_px
 from msgspec.structs import replace
 
 from tests.support.docks import CAMERA, nominal, uneven
@@ -129,6 +129,21 @@ def test_odds_are_the_ratio_of_squares_to_half_of_the_numbers_to_spare(numbers, 
         floor = PRIOR_NUMBERS * PRIOR_NOISE_PX**2 + floor_px2
         odds = WORTH_OF_EVIDENCE * (PRIOR_NUMBERS + spare) / 2 * math.log((floor + 4) / (floor + 1))
         assert log_odds(first, second, numbers, least_px) == pytest.approx(sign * odds)
+
+
+def test_the_noise_is_told_by_the_residuals_less_the_five_or_with_the_roll_six_numbers_of_a_pose():
+    """Of lights anywhere on the circle only what is across it is a residual."""
+    points, _ = seen((0.1, -0.05, 1.5), 0.3, 0.5, noise_px=0.3)
+    poses = circle_poses(fit_ellipse(points), CAMERA, DOCK.diameter)
+    count = len(points)
+    for choice, numbers, freedom in (
+        (choose_by_side(poses, points, CAMERA, DOCK), count, 5),
+        (choose(points), 2 * count, 6),
+    ):
+        least_px2 = count * min(pose.rms_px**2 for pose in choice.candidates)
+        for pose in choice.candidates:
+            assert pose.errors is not None
+            assert pose.errors.noise == pytest.approx(noise_px(least_px2, numbers, freedom))
 
 
 @pytest.mark.parametrize(

@@ -67,6 +67,7 @@ def test_frames_have_in_common_what_of_their_residuals_is_no_noise_of_the_pictur
     assert allowed_by(seen(0.8, rms_px=(1.0, 1.0), sigma_px=0.5)) == pytest.approx(math.log(4) / (1 - 0.25 * 14 / 10))
     assert allowed_by(seen(0.2, rms_px=(0.1, 0.1), sigma_px=0.5)) == pytest.approx(math.log(4) / 0.1)  # all is noise
     assert allowed_by(seen(0.8, rms_px=(0.0, 1.0), sigma_px=0.5)) == pytest.approx(math.log(4))
+    assert allowed_by(seen(0.8, rms_px=(1.0, 1.0), sigma_px=math.nan)) == pytest.approx(math.log(4))
     # Of three lights, which leave nothing over, one number is told.
     assert allowed_by(seen(0.8, rms_px=(1.0, 1.0), lights=3, sigma_px=0.5)) == pytest.approx(
         math.log(4) / (1 - 0.25 / 3)

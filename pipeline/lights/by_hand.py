@@ -1,6 +1,7 @@
 """Lights that a person has set in the picture, and the bright spots that they were set at."""
 
 import math
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -17,18 +18,10 @@ _LEAST_HEIGHT = 0.5  # of a spot's, over that of the highest around it
 
 
 class ByHand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Lights that somebody has set in a picture.
-
-    Attributes
-    ----------
-    lights_px : tuple of (float, float), pixels
-        x and y of each.
-    snap : bool or tuple of bool
-        Whether the bright spot there is taken, of all or of each.
-    """
+    """Lights that somebody has set in a picture: x and y of each in pixels, and whether spots are taken there."""
 
     lights_px: tuple[tuple[float, float], ...]
-    snap: bool | tuple[bool, ...] = False
+    snap: bool | tuple[bool, ...] = False  # of all or of each
 
     @classmethod
     def checked(cls, lights_px: object, snap: object, width: int, height: int) -> "ByHand":
@@ -39,7 +32,8 @@ class ByHand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             points = np.empty(0)
         if points.ndim != 2 or points.shape[-1] != 2:
             raise InputError(f"lights_px is {shown(lights_px)}; it must be pairs of numbers x, y, one for each light")
-        for number, (x, y) in enumerate(points.tolist(), 1):
+        places: Any = points.tolist()
+        for number, (x, y) in enumerate(places, 1):
             place = f"light {number} is at {x:g}, {y:g}"
             if not (math.isfinite(x) and math.isfinite(y)):
                 raise InputError(f"{place}; x and y must be finite numbers")
@@ -51,7 +45,7 @@ class ByHand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         flags = np.asarray(snap)
         if flags.dtype != bool or flags.shape not in ((), (len(points),)):
             raise InputError(f"snap is {shown(snap)}; it must be true or false, or one of these for each light")
-        return cls(tuple((x, y) for x, y in points.tolist()), bool(flags) if flags.ndim == 0 else tuple(flags.tolist()))
+        return cls(tuple((x, y) for x, y in places), bool(flags) if flags.ndim == 0 else tuple(flags.tolist()))
 
 
 def markers_at(

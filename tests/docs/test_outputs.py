@@ -54,7 +54,7 @@ def test_fields_of_json_lines(written):
     # Those of the chosen pose and of the vehicle stand in the second column.
     assert chosen <= set(re.findall(r"`([^`]+)`", PAGE.read_text(encoding="utf-8")))
     parents = {name.rsplit(".", 1)[0] for name in written if "." in name}
-    assert told <= written | parents | {*LIKE_CHOSEN, "entrance", "dock.entrance"}
+    assert told <= written | parents | {*LIKE_CHOSEN, "entrance", "dock.entrance", "by_hand.lights_px", "by_hand.snap"}
 
 
 def test_fields_of_a_rival_are_those_that_are_written():

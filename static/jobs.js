@@ -1,5 +1,5 @@
-// The row beneath the strip, of a fixed height: the chips, what there is to say, and the main jobs; and the channel by
-// which it and the other elements of the modes tell what is asked for.
+// The row beneath the strip, of a fixed height: the chips and the main jobs; and the channel by which it and the other
+// elements of the modes tell what is asked for.
 "use strict";
 import { follow, hideBoxBefore, make, newNumber, sendTo } from "./link.js";
 
@@ -103,7 +103,6 @@ class Jobs extends HTMLElement {
     hideBoxBefore(this);
     if (this.chips === undefined) this.build();
     this.end = follow("frame", ({ chips }) => this.take(chips));
-    requestAnimationFrame(() => this.fetchWords());
   }
 
   disconnectedCallback() {
@@ -112,9 +111,8 @@ class Jobs extends HTMLElement {
 
   build() {
     this.chips = make("div", { class: "chips" });
-    this.words = make("div", { class: "words", tabindex: "0", title: "All of it is shown while the pointer or the focus is here." });
     this.append(
-      this.chips, this.words,
+      this.chips,
       this.button("Take (T)", "Log this frame: a row of the session, on the disk at once. Key: T.", take),
       this.button("Play", "Play the first sequence that the tab Source offers. Key: K.", () => request({ do: "play" })),
       this.button("Everything as ZIP", "Save all that is known of this frame as one ZIP file.", () => request({ do: "zip" })),
@@ -122,30 +120,26 @@ class Jobs extends HTMLElement {
     );
     paneButton(this.lastElementChild);
     const sizes = new ResizeObserver(() => this.giveRoom());
-    for (const one of [this.chips, this.words]) sizes.observe(one);
-  }
-
-  // What there is to say comes with each frame, to a place of its own that stands before this one.
-  fetchWords() {
-    const words = document.querySelector("dockpose-live[name=status]");
-    if (words !== null && words.parentElement !== this.words) this.words.append(words);
+    this.strip = document.querySelector("dockpose-live[name=strip]");
+    for (const one of [this.chips, this.strip]) sizes.observe(one);
   }
 
   take(chips) {
     if (JSON.stringify(chips) === this.shown) return;
     this.shown = JSON.stringify(chips);
-    this.chips.replaceChildren(...chips.map(([label, hint]) => {
-      const chip = this.button(label, `${label}: ${hint}`, () => request({ do: "chip", label }));
-      chip.className = "chip";
+    this.chips.replaceChildren(...chips.map(([label, hint, opens], at) => {
+      const act = () => opens ? viserPage.openTab(viserPage.tabOf(opens)) : request({ do: "chip", label });
+      const chip = this.button(label, `${label}: ${hint}`, act);
+      chip.className = at === 0 && !label.endsWith("✕") ? "chip next" : "chip"; // what to do next stands out
       return chip;
     }));
   }
 
-  // On small screens, where they have lines of their own.
+  // The strip is as high as its words; chips have lines of their own on small screens.
   giveRoom() {
     const height = this.chips.childElementCount > 0 ? `${this.chips.offsetHeight + 4}px` : "0px";
     document.documentElement.style.setProperty("--chips-height", height);
-    document.documentElement.style.setProperty("--words-height", `${this.words.offsetHeight}px`);
+    document.documentElement.style.setProperty("--strip-height", `${this.strip.offsetHeight}px`);
   }
 
   button(words, hint, act) {

@@ -172,20 +172,24 @@ _MOST_MASKS = 2  # with a chip each; more have one for all
 
 @dataclass(frozen=True)
 class Chip:
-    """What a button says, what it is for, and what pressing it does to the view."""
+    """What a button says, what it is for, and what pressing it does to the view; or the tab that it opens instead."""
 
     label: str
     hint: str
     press: Callable[[View], View]
+    opens: str = ""
 
 
-def chips(view: View, fitting_lights: int | None = None) -> list[Chip]:
-    """Return what to offer, and all that holds beyond this picture and is not as the program would have it."""
+def chips(view: View, fitting_lights: int | None = None, *, has_pose: bool = True) -> list[Chip]:
+    """Return what to do next, and all that holds beyond this picture and is not as the program would have it."""
     found = []
     if fitting_lights is not None:
-        label = f"{fitting_lights} lights form a ring; the dock is set to {view.dock.lights}. Use {fitting_lights}?"
         press = partial(put, name="lights", value=fitting_lights)
-        found.append(Chip(label, "Sets the number of lights, evenly spaced.", press))
+        found.append(Chip(f"Set the number of lights to {fitting_lights}", "Evenly spaced.", press))
+    if view.camera_of == "guess":
+        found.append(Chip("Load the camera's file", "Or calibrate the camera there.", lambda view: view, "Tank"))
+    if not has_pose:
+        found.append(Chip("Look at all methods", "And take one that finds the dock.", lambda view: view, "Compare"))
     if view.dock_of == "guess":
         hint = "Distances are in proportion to the diameter. Press if it is right; otherwise set it in the tab Tank."
         label = f"The dock's diameter is assumed. Is it {100 * view.dock.diameter:g} cm?"

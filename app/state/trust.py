@@ -68,10 +68,9 @@ def trust_in(
     if abs(now / given - 1) > STRETCHED:
         doubts.append(("amber", f"fx/fy is {now:.3f} and was {given:.3f} as given: tilts and range are wrong by it."))
     if "camera" in assumed:
-        doubts.append(("amber", "The camera is not known and its view was assumed, so distances are only rough."))
+        doubts.append(("amber", "The camera is not known: its view was assumed."))
     if "dock" in assumed:
-        across = f"{100 * found.dock.diameter:g} cm"
-        doubts.append(("amber", f"The dock's diameter, on which distances depend, is not known: {across} was assumed."))
+        doubts.append(("amber", f"The dock's diameter is not known: {100 * found.dock.diameter:g} cm was assumed."))
     colour: Colour = "green" if not doubts else "red" if any(one == "red" for one, _ in doubts) else "amber"
     reasons = [reason for wanted in ("red", "amber") for one, reason in doubts if one == wanted]
     return Trust(colour, PREDICTED if predicted else VERDICTS[colour], tuple(reasons))

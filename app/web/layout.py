@@ -15,7 +15,7 @@ from dockpose.app.web.panels.detect import DetectPanel, PosePanel
 from dockpose.app.web.panels.experiment import ExperimentPanel
 from dockpose.app.web.panels.export import ExportPanel
 from dockpose.app.web.panels.guidance import GuidancePanel
-from dockpose.app.web.panels.picture import StripPanel, ViewpointPanel, status_html, table_html
+from dockpose.app.web.panels.picture import StripPanel, ViewpointPanel, table_html
 from dockpose.app.web.panels.play import SequencePanel
 from dockpose.app.web.panels.settings import SettingsPanel, steps_html
 from dockpose.app.web.panels.source import SimulatorPanel, SourcePanel
@@ -78,7 +78,6 @@ class Layout:
         with left.add_tab("Picture and pose", viser.Icon.TARGET):
             app.live.begin()
             self._made[StripPanel] = StripPanel(app)
-            app.live.place("status", status_html)
             self._made[ChipsPanel] = ChipsPanel(app)
             boxes: dict[str, Any] = {"boxes": dict[str, str]}
             acts: Acts = {

@@ -18,7 +18,7 @@ def test_status_line_is_in_view_and_says_what_to_try(page):
     page.until(lambda: "no pose" in line(page))
     assert "Try " in page.status
     place = page.page.locator("#status-line").bounding_box()
-    assert 0 <= place["y"] <= place["y"] + place["height"] <= 56  # the strip along the top
+    assert 0 <= place["y"] <= place["y"] + place["height"] <= 68  # the strip along the top
     for name in ("place", "status-line", "source", "tank"):
         is_cut = "one => one.scrollWidth > one.parentElement.clientWidth + 1"
         assert not page.page.locator(f"#{name}").evaluate(is_cut), name
@@ -35,7 +35,7 @@ def test_a_mask_is_said_where_it_hides_the_dock_and_goes_by_its_chip(page):
 
 def test_choice_is_overruled_by_hand_and_given_back(page):
     page.unfold(POSES)
-    page.page.get_by_text("counts as decided").wait_for()
+    page.page.get_by_text("counts as decided").last.wait_for()
     page.press("B")
     page.until(lambda: "pose B (by hand)" in line(page))
     assert page.row_names() == ["○ A", "● B, chosen", "Truth"]

@@ -1,9 +1,16 @@
 """The strip made large for whoever looks from afar, and a source that goes and comes back."""
 
+from dataclasses import replace
+
 import pytest
 from dockpose import Dock
+from dockpose.app.state.changes import with_mask, with_method
+from dockpose.app.state.tank import Tank
+from dockpose.app.state.view import with_sample, with_upload
 from dockpose.app.web.app import App
+from dockpose.app.web.panels.picture import StripPanel
 from dockpose.app.web.server.options import Options
+from dockpose.sidecar import sample_path
 from dockpose.simulate import render
 
 from tests.browser.conftest import visit
@@ -22,6 +29,69 @@ FAULTS = """() => {
   });
 }"""
 LETTERS_PX = "() => parseFloat(getComputedStyle(document.querySelector('#place')).fontSize)"
+
+# Which of the verdict, the figures and the words is cut off, covered, or beneath what follows upon the strip.
+CUT = """() => ["#strip-trust", "#place", "#strip [role=status]"].filter((name) => {
+  const one = document.querySelector(name);
+  const below = document.querySelector("dockpose-jobs").getBoundingClientRect().top;
+  const texts = [one, ...one.querySelectorAll(":not(.heard, .heard *)")].flatMap((part) => [...part.childNodes])
+    .filter((node) => node.nodeType === Node.TEXT_NODE && node.textContent.trim() !== "");
+  const lines = texts.flatMap((text) => {
+    const range = document.createRange();
+    range.selectNodeContents(text);
+    return [...range.getClientRects()].filter((line) => line.width > 1);
+  });
+  const isFree = (x, y) => one.contains(document.elementFromPoint(x, y));
+  return lines.length === 0 || lines.some(({ left, right, top, bottom }) => left < 0 || right > innerWidth || top < -1
+    || bottom > below + 1 || !isFree((left + right) / 2, (top + bottom) / 2)) || one.scrollWidth > one.clientWidth + 1;
+})"""
+PICTURED = {
+    "green": lambda view: with_sample(view, "tilted"),
+    "lost": lambda view: with_method(with_sample(view, "plain"), "fixed", 255),
+    "three chips": lambda view: with_mask(with_method(with_sample(view, "plain"), "fixed", 255), 0, 0, 50, 50),
+    "assumed": lambda view: with_upload(
+        replace(with_method(view, "hats"), tank=Tank()), sample_path("tilted").read_bytes(), "own.png"
+    ),
+}
+
+
+@pytest.mark.parametrize("is_large", [False, True], ids=["small", "large"])
+def test_verdict_figures_and_reasons_are_whole_at_every_width_and_nothing_is_over_them(browser, is_large):
+    sizes = [(390, 844), (820, 1180), (1024, 768), (1366, 768), (1920, 1080)]
+    with App(port=0) as app, visit(browser, app) as seen:
+        seen.open()
+        if is_large:
+            seen.page.get_by_role("button", name="Large figures").click()
+        for name, pictured in PICTURED.items():
+            before = seen.page.locator("#source").inner_text()
+            app.change(pictured, reload=True)
+            assert app.wait_until_idle(60)
+            wanted = app.view.source
+            seen.until(lambda before=before, wanted=wanted: wanted == seen.page.locator("#source").inner_text())
+            for is_stale in (False, True):
+                app._layout.of(StripPanel).say_stale(125 * is_stale)
+                seen.until(lambda is_stale=is_stale: seen.page.locator("#strip[data-stale]").count() == is_stale)
+                for wide, high in sizes:
+                    seen.page.set_viewport_size({"width": wide, "height": high})
+                    seen.page.wait_for_function("wide => innerWidth === wide", arg=wide)
+                    seen.rest()
+                    faults = [fault for fault in seen.page.evaluate(CUT) if not (is_large and "status" in fault)]
+                    assert faults == [], (name, is_stale, wide)
+
+
+def test_words_have_two_lines_beneath_the_figures_and_the_next_step_is_a_button(browser):
+    with App(port=0) as app, visit(browser, app) as seen:
+        seen.open()
+        for name in ("green", "lost"):
+            app.change(PICTURED[name], reload=True)
+            assert app.wait_until_idle(60)
+            seen.until(lambda: app.view.source in seen.page.locator("#source").inner_text())
+            seen.until(lambda: seen.page.locator("#strip").bounding_box()["height"] == 68)
+        following = seen.page.locator("dockpose-jobs .next")
+        assert following.inner_text() == "Look at all methods"
+        following.click()
+        seen.page.locator("dockpose-compare").wait_for()
+        seen.until(lambda: seen.page.get_by_role("tab", name="Compare").get_attribute("aria-selected") == "true")
 
 
 def words(page, selector):

@@ -4,7 +4,7 @@ from html import escape
 
 from dockpose.app.drawing.colours import POSE_NAMES, STALE_COLOUR, TRUST_COLOURS
 from dockpose.app.drawing.numbers import QUANTITIES, deviation_words, parts_words, place_words
-from dockpose.app.export.words import advice, status_line
+from dockpose.app.export.words import advice, status_line, why_this_one
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.camera import in_force_words
 from dockpose.app.state.tank import tank_words
@@ -16,6 +16,7 @@ from dockpose.app.web.widgets import Panel
 
 NO_POSE = "No dock found here. Look at all methods in <b>Compare</b>, or try another level in <b>Detect</b>."
 COLUMNS = (*QUANTITIES, "likely (%)", "error (px)")
+STALE = '<div role="status">What is shown is old: the source gives no new picture.</div>'
 EXPLANATION = (
     "Centre of the dock from the camera: x right, y down, z ahead. θx, θy: pitch and yaw, 0 if square on. "
     "Error: of the lights, root mean square."
@@ -23,17 +24,16 @@ EXPLANATION = (
 
 
 def status_html(analysis: Analysis) -> str:
-    """The picture's name, what was found in it and what to try, in words."""
+    """What was decided and why, and what to try; the verdict and the picture's name are for who hears it."""
     found, trust = analysis.estimate, analysis.trust
-    colour = TRUST_COLOURS[trust.colour]
     notes = analysis.view.notes[analysis.view.camera_of == "guess" :]  # of a guess the reasons tell already
-    words = " ".join(text for text in (*trust.reasons, found.message, *notes, advice(found)) if text)
+    decided, _, more = f"{found.message} ".partition(". ")  # with a doubtful pose, the figures above say what
+    why = f"<span class=why>{escape(why_this_one(found))}</span>" if trust.colour == "green" else ""
+    words = " ".join(filter(None, (*trust.reasons, more.strip(), *notes, advice(found))))
     return (
-        f'<div role="status" style="padding: 0.2em 0.75em 0.4em; line-height: 1.35; min-height: 3em">'
-        f'<b id="trust" data-trust="{trust.colour}" style="border-left: 0.35em solid {colour}; padding-left: 0.4em">'
-        f"{trust.verdict}</b> in "
-        f"{escape(analysis.view.source)} ({found.width} × {found.height}). {escape(words)}"
-        "</div>"
+        f'<div role="status"><span class="heard"><b id="trust" data-trust="{trust.colour}">{trust.verdict}</b> in '
+        f"{escape(analysis.view.source)} ({found.width} × {found.height}).</span> "
+        f"<span class={'heard' if trust.reasons else 'said'}>{escape(decided)}.</span> {why} {escape(words)}</div>"
     )
 
 
@@ -68,7 +68,7 @@ class ViewpointPanel(Panel):
 
 
 def place_html(analysis: Analysis, stale_s: int = 0) -> str:
-    """Return the trust, and the place of the dock in large letters above the numbers of the search."""
+    """Return the trust, and the place of the dock in large letters above the words on it."""
     # Of a live source that gives nothing for so many seconds the age stands in place of the trust.
     found, trust = analysis.estimate, analysis.trust
     where, parts = "No dock seen", ""
@@ -78,28 +78,26 @@ def place_html(analysis: Analysis, stale_s: int = 0) -> str:
         where = "; ".join(filter(None, (place_words(found.selected), exact)))
         if exact:
             parts = f"Of the range, one sigma in cm: {parts_words(found.selected, [2])[0]}"
-    line = status_line(found, with_sigma=not analysis.view.assumed)
     colour = f"{STALE_COLOUR}; color: #fff" if stale_s else TRUST_COLOURS[trust.colour]
     verdict = f"◷ No new picture for {stale_s} s" if stale_s else trust.verdict
     return (
         f'<div id="strip-trust" style="background: {colour}">{escape(verdict)}</div>'
-        f'<div id="strip-place"><div id="place" title="{escape(parts)}">{escape(where)}</div>'
-        f'<div id="status-line" data-trust="{trust.colour}">{escape(line)}</div></div>'
+        f'<div id="place" title="{escape(parts)}">{escape(where)}</div>{STALE if stale_s else status_html(analysis)}'
     )
 
 
-def origin_html(view: View, is_saved: bool, browsers: int) -> str:
-    """Return the picture's name, My tank and whether it is in force, and how many browsers show the page."""
+def origin_html(view: View, is_saved: bool, browsers: int, line: str) -> str:
+    """Return the picture's name, My tank and whether it is in force, how many browsers there are, and the search."""
     state = "" if is_saved or not view.tank.name else " (changed since it was saved)"
     other = in_force_words(view)
     in_force = f' · <span id="in-force">{escape(other)}</span>' if other else ""
     # Where there is no room for all.
     tank = tank_words(view.tank)
-    told = escape(". ".join(filter(None, (view.source, other, tank))))
+    told = escape(". ".join(filter(None, (view.source, other, tank, line))))
     several = f' · <span id="browsers">{browsers} browsers</span>' if browsers > 1 else ""
     return (
         f'<div id="strip-origin" title="{told}"><div><b id="source">{escape(view.source)}</b>{in_force}{several}</div>'
-        f'<div id="tank">{escape(tank)}{state}</div></div>'
+        f'<div id="tank">{escape(tank)}{state}</div><div id="status-line">{escape(line)}</div></div>'
         '<button type="button" id="strip-size" aria-label="Large figures" title="Large figures">⤢</button>'
     )
 
@@ -114,19 +112,17 @@ class StripPanel(Panel):
 
     def count_browsers(self, browsers: int) -> None:
         """Say how many browsers show the page, where it is more than one."""
-        live = self.app.live
-        with live.held:
-            before, self._browsers = self._browsers, max(1, browsers)
-            if self._newest is not None and before != self._browsers:
-                live.put_html("strip", self._html(self._newest))
-                live.send()
+        self._set(_browsers=max(1, browsers))
 
     def say_stale(self, seconds: int) -> None:
         """Say in place of the trust that no picture came for so long, and grey out the rest, until the next one."""
-        live = self.app.live
-        with live.held:
-            self._stale_s = seconds
-            if self._newest is not None:
+        self._set(_stale_s=seconds)
+
+    def _set(self, **changes: int) -> None:
+        with (live := self.app.live).held:
+            is_same = changes.items() <= vars(self).items()
+            vars(self).update(changes)
+            if self._newest is not None and not is_same:
                 live.put_html("strip", self._html(self._newest))
                 live.send()
 
@@ -135,6 +131,7 @@ class StripPanel(Panel):
         if self._newest is not None and view.image is not self._newest.view.image:
             self._stale_s = 0
         self._newest: Analysis | None = analysis
-        origin = origin_html(view, self.app.tanks.is_saved(view.tank), self._browsers)
+        line = status_line(analysis.estimate, with_sigma=not view.assumed)
+        origin = origin_html(view, self.app.tanks.is_saved(view.tank), self._browsers, line)
         state = " data-stale" if self._stale_s else ""
         return f'<div id="strip"{state}>{place_html(analysis, self._stale_s)}{origin}</div>'

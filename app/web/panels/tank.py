@@ -110,8 +110,9 @@ class ChipsPanel(Panel):
 
     def show(self, analysis: Analysis) -> None:
         """Show the chips."""
-        self._chips = {chip.label: chip for chip in chips(analysis.view, analysis.fitting_lights)[:_MOST_CHIPS]}
-        self.app.live.put(chips=[[chip.label, chip.hint] for chip in self._chips.values()])
+        found = chips(analysis.view, analysis.fitting_lights, has_pose=analysis.estimate.selected is not None)
+        self._chips = {chip.label: chip for chip in found[:_MOST_CHIPS]}
+        self.app.live.put(chips=[[chip.label, chip.hint, chip.opens] for chip in self._chips.values()])
 
     def press(self, label: str, client: Client) -> None:
         """Do what a chip says, if it is still there."""

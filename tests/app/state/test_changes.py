@@ -264,13 +264,25 @@ def test_my_tank_is_offered_where_another_is_in_force_but_not_for_what_is_simula
     assert pressed(look, "Use My tank").camera == view.camera.for_size(800, 600)
 
 
+def test_what_to_do_next_comes_first_and_opens_the_tab_where_it_is_done(view):
+    assumed = with_upload(choices.with_method(view, "fixed", 99), PICTURE, "a.png")
+    first, second, *_, last = choices.chips(replace(assumed, camera_of="guess"), has_pose=False)
+    assert [(one.label, one.opens) for one in (first, second)] == [
+        ("Load the camera's file", "Tank"),
+        ("Look at all methods", "Compare"),
+    ]
+    assert first.press(assumed) is assumed
+    assert last.label.startswith("Fixed level 99")
+    assert not {"Tank", "Compare"} & {one.opens for one in choices.chips(view)}
+
+
 def test_number_of_lights_that_fits_is_offered(view):
     wrong = analyse(replace(view, dock=Dock(0.30, 8), given_dock=Dock(0.30, 8)))
     assert wrong.fitting_lights == 10
     (label,) = labels(wrong.view, wrong.fitting_lights)
-    assert label == "10 lights form a ring; the dock is set to 8. Use 10?"
+    assert label == "Set the number of lights to 10"
     assert wrong.trust.colour == "red"
-    right = analyse(pressed(wrong.view, "Use 10?", wrong.fitting_lights))
+    right = analyse(pressed(wrong.view, "lights to 10", wrong.fitting_lights))
     assert (right.estimate.status, right.fitting_lights, right.trust.colour) == ("ok", None, "green")
 
 

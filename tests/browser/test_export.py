@@ -112,8 +112,8 @@ def test_layers_are_drawn_as_over_the_picture_of_that_browser(page):
     show(["truth"], *LAYERS)
     whole = pixels()
     assert truths(whole) > truths(without) + 100  # the headline is green too
-    others = [name for name in LAYERS if name not in ("lights", "text")]
-    show(others, "lights", "text")
+    others = [name for name in LAYERS if name not in ("lights", "scale", "text")]  # whose buttons there are
+    show(others, "lights", "scale", "text")
     bare = np.asarray(Image.open(sample_path("plain")).convert("RGB")).astype(int)
     changed = [(one != bare).any(axis=2).sum() for one in (pixels(), whole)]
     assert 0 < changed[0] < changed[1]

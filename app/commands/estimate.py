@@ -213,7 +213,7 @@ def run_session(arguments: argparse.Namespace) -> int:
         raise UserError(f"--session {arguments.session} takes the place of SOURCE ({arguments.sources[0]}); give one")
     for name in (*_OWN, *_WRITTEN):
         value = getattr(arguments, name, None)
-        if value not in (None, [], False) and (name, value) != ("rotate", 0):
+        if value is not None and value is not False and value != [] and (name, value) != ("rotate", 0):
             option = name.replace("_", "-")
             raise UserError(f"--{option} does not go with --session, which has each frame's own and writes nothing")
     return replay_session(arguments.session)

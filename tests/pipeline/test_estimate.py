@@ -159,7 +159,7 @@ def test_the_json_line_has_every_key_of_schema_1():
         *("schema", "source", "frame", "time_s", "time_unix_s", "sha256", "status", "message"),
         *("image", "camera", "dock", "settings"),
         *("threshold", "markers", "ellipse", "candidates", "selected", "selected_by"),
-        *("chosen", "entrance", "vehicle", "guidance", "extra_lights", "detection", "found_by"),
+        *("chosen", "entrance", "vehicle", "guidance", "extra_lights", "detection", "found_by", "by_hand"),
         "rivals",
         "elapsed_ms",
     ]

@@ -120,7 +120,7 @@ def test_a_wrong_ros_file_says_which_key(write, old, new, message):
         ("camera: {fx_px: 1, fy_px: 1, cx_px: 1, cy_px: 1, width_px: 1, height_px: 1, focal: 3}\n", "focal"),
         ("camera: {fx_px: 1, fy_px: 1, cx_px: 1, cy_px: 1, width_px: 1}\n", "height_px"),
         ("camera: !!python/object/apply:os.getcwd []\n", "not valid YAML"),
-        ("%YAML:1.0\n---\ncamera_matrix: !!opencv-matrix 3\n", "without rows, cols and data"),
+        ("%YAML:1.0\n---\ncamera_matrix: !!opencv-matrix 3\n", "expected a mapping"),
         *((text, r"camera\.yaml") for text in ("", "just words", "- a\n- b\n", "threshold: 3\n")),
     ],
 )

@@ -16,13 +16,11 @@ from dockpose.pose.uncertainty import PoseErrors, SharedErrors, deviations, log_
 DECIDED = 0.95  # the choice counts as decided from this probability on
 SAME_RAD = math.radians(0.2)  # poses whose normals differ by less than this are the same
 _SLID = 0.25  # if refinement shrinks the angle between two poses to this share, they have become the same
-_NO_CHANCE = 100.0  # sum of squares, relative to the other's, of a pose on whose ring the points match no lights
 # Lights that a hand spaced by eye are off along the rim: more than noise does to a centre, and more than across it by
 # what chance hardly does (Fisher's F).
 _PLACED_PX, _LEAST_PX, _NO_SLIDE = 0.5, 0.05, 1e-3
 
-_SURE = 0.95  # probability from which the roll counts as known
-_IN_ONE_TURN = 1e-9  # rounding of a full turn
+_SURE, _IN_ONE_TURN = 0.95, 1e-9  # probability from which the roll counts as known; rounding of a full turn
 
 
 @dataclass(frozen=True)
@@ -87,8 +85,7 @@ def choose_by_spacing(
     None where they are spaced so on neither.
     """
     rays = light_rays(points_px, camera, float(poses[0].position_m[2]))
-    R = np.array([pose.rotation for pose in poses])
-    t = np.array([pose.position_m for pose in poses])
+    R, t = np.array([pose.rotation for pose in poses]), np.array([pose.position_m for pose in poses])
     placement = place(angles_on_planes(rays, R, t), dock)
     if not any(placement.fits):
         return None
@@ -97,20 +94,21 @@ def choose_by_spacing(
         fit, placement = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
     least_px = 0.0
     if covariances_px2 is not None and np.isfinite(covariances_px2).all():
-        best, offsets = int(np.argmin(fit.squares_px2)), None
-        if dock.offsets_m:
-            offsets = offsets_of(dock, placement.lights, placement.rolls_rad)
+        best = int(np.argmin(fit.squares_px2))
+        offsets = offsets_of(dock, placement.lights, placement.rolls_rad) if dock.offsets_m else None
         weighed, least_px = weigh(rays, covariances_px2, fit, best, placement.angles_rad[best], dock.radius, offsets)
         if weighed is not rays:
             rays = weighed
             fit = refine(fit.rotations, fit.positions_m, placement.angles_rad, dock.radius, rays, offsets)
-    fit = _apart(fit, R, t, placement, dock, rays)
-    squares, fits = fit.squares_px2, np.array(placement.fits)  # by those that do not fit, a pose has no chance
-    squares = np.where(fits, squares, np.maximum(squares, _NO_CHANCE * (squares[fits].min() + 1.0))).tolist()
-    floor_px = max(least_px, LEAST_PX) if least_px else 0.0
-    first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], fit.numbers, floor_px)))
+    (fit, squares), fits, numbers = _apart(fit, R, t, placement, dock, rays), np.array(placement.fits), fit.numbers
+    squares = np.where(fits, squares, np.maximum(squares, squares[fits].min())).tolist()
     if not dock.offsets_m and min(squares) > fit.points * _PLACED_PX**2:
-        fit = _apart(_slid(fit, placement, dock, rays), R, t, placement, dock, rays)
+        slid = _slid(fit, placement, dock, rays)
+        # How far lights are off across the rim tells nothing then, nor does one number along it, the roll.
+        numbers = numbers if slid is fit else fit.points + 5
+        fit, _ = _apart(slid, R, t, placement, dock, rays)
+    floor_px = max(least_px, LEAST_PX) if least_px else 0.0
+    first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], numbers, floor_px)))
     return choice_of(fit, [first, 1 - first], placement, "spacing", camera, dock, rays, least_px)
 
 
@@ -124,18 +122,20 @@ def choose_by_side(
     return choice_of(fit, [first, 1 - first], None, "none" if first == 0.5 else "spacing", camera, dock, rays)
 
 
-def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, dock: Dock, rays: LightRays) -> Fit:
-    """If refinement brought both candidates to the same pose, put the one that moved farther back where it was."""
+def _apart(
+    fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, dock: Dock, rays: LightRays
+) -> tuple[Fit, np.ndarray]:
+    """If refinement brought both to the same pose, that which moved farther is put back; squares of both to compare."""
     before, after = [_angle_rad(each[0, :, 2], each[1, :, 2]) for each in (R, fit.rotations)]
     if before < SAME_RAD or after > _SLID * before:
-        return fit
-    turned = [_angle_rad(R[k, :, 2], fit.rotations[k, :, 2]) for k in range(len(R))]
-    back = int(np.argmax(turned))
-    rotations, positions, squares = fit.rotations.copy(), fit.positions_m.copy(), fit.squares_px2.copy()
-    rotations[back], positions[back] = R[back], t[back]
-    offsets = offsets_of(dock, placement.lights[back], placement.rolls_rad[back]) if dock.offsets_m else None
-    squares[back] = squares_at(R[back], t[back], placement.angles_rad[back], dock.radius, rays, offsets)
-    return Fit(rotations, positions, squares, fit.covariances, fit.numbers, fit.points)
+        return fit, fit.squares_px2
+    back = np.arange(len(R)) == np.argmax([_angle_rad(R[k, :, 2], fit.rotations[k, :, 2]) for k in range(len(R))])
+    moves = offsets_of(dock, placement.lights, placement.rolls_rad) if dock.offsets_m else [None] * len(R)
+    starts = zip(R, t, placement.angles_rad, moves, strict=True)
+    own = np.array([squares_at(turn, at, angles, dock.radius, rays, off) for turn, at, angles, off in starts])
+    rotations, positions = np.where(back[:, None, None], R, fit.rotations), np.where(back[:, None], t, fit.positions_m)
+    squares = np.where(back, own, fit.squares_px2)  # one that is refined is not compared with one that is not
+    return Fit(rotations, positions, squares, fit.covariances, fit.numbers, fit.points), own
 
 
 def _slid(fit: Fit, placement: Placement, dock: Dock, rays: LightRays) -> Fit:

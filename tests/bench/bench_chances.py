@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, estimate
+from dockpose.pose.circle import rotation_from_angles
 from scipy.stats import binom
 
 from tests.bench.bench_chosen import BINS, run
@@ -133,6 +134,27 @@ def test_photographed_rings_are_right_as_often_as_is_said(pool: Pool):
     pairs = pool.map(photographed, jobs, 3)
     assert sum(pair is not None for pair in pairs) > 0.2 * len(jobs)
     assert not report("photographed", pairs)
+
+
+def test_marks_of_some_lights_tell_the_places_of_all():
+    camera = Camera(1000.0, 1000.0, 499.5, 399.5, 1000, 800)
+    rotation = rotation_from_angles(0.4, -0.3, 0.1)
+
+    def seen(lights: np.ndarray, number: int) -> np.ndarray:
+        angles = math.tau * lights / number
+        ring = 0.15 * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
+        return camera.project(ring @ rotation.T + [0.05, -0.02, 0.9])
+
+    lit = np.array([0, 3, 9, 12, 17, 20])
+    marks = Marks.of({"N": 24, "lights": seen(lit, 24).tolist()}, camera)
+    of_all = seen(np.arange(24.0), 24)
+    assert np.linalg.norm(marks.places_px[:, None] - of_all, axis=2).min(axis=0).max() < 0.1
+    assert marks.is_sided
+    assert marks.are_of(of_all)
+    assert marks.are_of(of_all[3:21])  # most of them unlit
+    assert not marks.are_of(of_all[1:3])  # none of what is marked
+    assert not marks.are_of(seen(np.arange(24) + 0.5, 24))  # between its lights
+    assert not marks.are_of(of_all + [200.0, 0.0])
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from dockpose.pose.placement import place
 from dockpose.pose.solve import find_poses
 from dockpose.pose.uncertainty import PRIOR_NOISE_PX, PRIOR_NUMBERS, WORTH_OF_EVIDENCE, log_odds, noise_px
 from msgspec.structs import replace
+from scipy.stats import binom
 
 from tests.support.docks import CAMERA, nominal, uneven
 
@@ -259,3 +260,36 @@ def test_the_roll_of_a_far_dock_stays_modulo_the_spacing():
     pose = find_poses(points_px, CAMERA, dock)[1].candidates[0]
     assert pose.roll_rad is not None
     assert pose.roll_rad < 2 * math.pi / 10
+
+
+def chosen_of_built(along_deg, across, docks):
+    """The chance of the chosen pose, and whether it is the nearer one, of docks whose lights are off at random."""
+    found = []
+    for seed in range(docks):
+        rng = np.random.default_rng([seed, 17])
+        lights = int(rng.choice([5, 6, 8, 12]))
+        angles = math.tau * np.arange(lights) / lights + math.radians(along_deg) * rng.normal(0, 1, lights)
+        radii = 0.15 * (1 + across * rng.normal(0, 1, lights))
+        ring = np.column_stack([radii * np.cos(angles), radii * np.sin(angles), 0 * angles])
+        rotation = rotation_from_angles(*rng.uniform(-0.5, 0.5, 2))
+        points = CAMERA.project(np.array([*rng.uniform(-0.1, 0.1, 2), 0.9]) + ring @ rotation.T)
+        choice = find_poses(points + rng.normal(0, 0.05, points.shape), CAMERA, Dock(0.30, lights))[1]
+        if choice.selected_by == "spacing":
+            one, other = choice.candidates
+            found.append((one.probability, one.normal @ -rotation[:, 2] > other.normal @ -rotation[:, 2]))
+    return found
+
+
+@pytest.mark.parametrize(("along_deg", "across"), [(6, 0.01), (4, 0.01), (2, 0.02)])
+def test_of_docks_that_hands_have_built_no_more_are_wrong_than_is_said(along_deg, across):
+    """Beside the wrong pose the right one may be no least sum of squares: a refined one is not held against it."""
+    found = [one for one in chosen_of_built(along_deg, across, 500) if one[0] >= 0.95]
+    assert len(found) > 100
+    wrong, said = sum(not right for _, right in found), np.mean([1 - chance for chance, _ in found])
+    assert wrong <= binom.ppf(0.999, len(found), said)
+
+
+def test_of_docks_built_exactly_the_right_pose_is_sure():
+    found = chosen_of_built(0.2, 0.002, 100)
+    assert len(found) == 100
+    assert all(chance > 0.95 and right for chance, right in found)

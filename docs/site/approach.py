@@ -56,7 +56,7 @@ def words(found: Estimate, chance: float | None) -> list[tuple[str, str]]:
 
 def drawn(image: np.ndarray, found: Estimate, chance: float | None) -> Image.Image:
     """One frame: the picture with both poses, and below it their numbers."""
-    picture = cv2.resize(annotate(image, found, words=False, layers=LAYERS), SHOWN_PX, interpolation=cv2.INTER_AREA)
+    picture = cv2.resize(annotate(image, found, layers=LAYERS), SHOWN_PX, interpolation=cv2.INTER_AREA)
     bar = Canvas(np.full((BAR_PX, SHOWN_PX[0], 3), 0, np.uint8))
     for row, (text, colour) in enumerate(words(found, chance)):
         bar.text(text, (10, 24 + 22 * row), colour, 0.5)

@@ -66,7 +66,7 @@ def trust_in(
     doubts += [*_doubts_about_pose(found, probability), *_doubts_about_range(found), *_doubts_about_ring(found)]
     now, given = fx_per_fy
     if abs(now / given - 1) > STRETCHED:
-        doubts.append(("amber", f"fx/fy is {now:.3f} and was {given:.3f} as given: tilts and range are wrong by it."))
+        doubts.append(("amber", f"fx/fy is {now:.3f}, not {given:.3f} as given: tilts and range are wrong by it."))
     if "camera" in assumed:
         doubts.append(("amber", "The camera is not known: its view was assumed."))
     if "dock" in assumed:
@@ -129,8 +129,8 @@ def _doubts_about_ring(found: Estimate) -> Iterator[tuple[Colour, str]]:
     major_px = 0.0 if found.ellipse is None else found.ellipse.semi_axes_px[0]
     most_px = tolerance_px(major_px)
     if pose.rms_px is not None and pose.rms_px > most_px:
-        off = f"{number(pose.rms_px)} px off their places, more than the {number(most_px)} px of a well-built dock"
-        yield "amber", f"The lights lie {off}: measure its angles_deg or run learn-dock, and check the camera."
+        off = f"{number(pose.rms_px)} px off their places, for {number(most_px)} px in a well-built dock"
+        yield "amber", f"The lights lie {off}: run learn-dock, and check the camera."
     if lights <= 3:
         yield "amber", f"{count(lights, 'light')} fit a pose wherever they are, so nothing checks this one."
     if found.detection is not None and found.detection < DECIDED:

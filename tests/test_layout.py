@@ -20,6 +20,7 @@ OF_SEVERAL = {
     "app/commands/test_bags.py",
     "app/commands/test_camera_faults.py",
     "app/commands/test_faults.py",
+    "app/commands/test_lights_at.py",
     "app/commands/test_protected.py",
     "app/commands/test_packaged_methods.py",
     "app/commands/test_sigterm.py",

@@ -39,7 +39,8 @@ KNOWN = {"method": {"choices": METHODS}, "words": {"least_px": Settings().min_ar
 
 # What does not go with --session.
 _OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock", "vehicle")
-_OWN += ("camera_size", "lights_at", "snap")
+_OWN += ("camera_size", "lights_at", "snap", "at_frame")
+_UNSET = ("rotate", 0), ("at_frame", 0)
 _WRITTEN = ("json", "csv", "tum", "annotate", "out", "record")
 _MOST_NUMBERS = 4  # of a row that are listed one by one
 
@@ -84,7 +85,7 @@ def _lights_of(arguments: argparse.Namespace, parts: list[Batch | FrameSource | 
         lights = msgspec.structs.replace(lights, snap=True)
     part = parts[0] if len(parts) == 1 else None
     if isinstance(part, Batch) and len(part.files) == 1 and not arguments.at_frame:
-        part.set_lights(lights)
+        part.files = (part.files[0].with_lights(lights),)
     elif not isinstance(part, FrameSource):
         raise UserError(
             f"--lights-at {path}: these are lights of one picture, or of a frame of one film; give one SOURCE"
@@ -213,7 +214,7 @@ def run_session(arguments: argparse.Namespace) -> int:
         raise UserError(f"--session {arguments.session} takes the place of SOURCE ({arguments.sources[0]}); give one")
     for name in (*_OWN, *_WRITTEN):
         value = getattr(arguments, name, None)
-        if value is not None and value is not False and value != [] and (name, value) != ("rotate", 0):
+        if value not in (None, []) and value is not False and (name, value) not in _UNSET:
             option = name.replace("_", "-")
             raise UserError(f"--{option} does not go with --session, which has each frame's own and writes nothing")
     return replay_session(arguments.session)

@@ -72,9 +72,11 @@ def estimate_sequence(
         if results.frames == before and not run.skipped + frames.skipped:
             progress.tell(f"{frames.source}: has no frames")
             return False
+        if run.lacks_frame:
+            progress.tell(f"{frames.source}: has no frame {how.at_frame}, whose lights --lights-at sets")
         if how.record is not None and (recording is None or not recording.is_whole()):
             return False
-        return frames.is_live or not (run.skipped or frames.skipped or frames.is_cut_short)
+        return frames.is_live or not (run.skipped or frames.skipped or frames.is_cut_short or run.lacks_frame)
 
 
 def _begin_mavlink(
@@ -103,6 +105,7 @@ class _Run:
         self._following = Following(self.camera, self._dock, settings, tell, is_live=frames.is_live)
         self.last: Frame | None = None  # the frame that came last
         self.skipped = 0  # corrupt frames that other processes reported
+        self.lacks_frame = how.by_hand is not None  # whether the frame whose lights are set has not come
 
     def frame(self, index: int) -> Frame:
         """The frame that came last, by its index."""
@@ -114,11 +117,10 @@ class _Run:
         frames = self._frames
         if not is_split(self._how) or frames.is_live:
             return self._one_by_one()
-        if self._how.by_hand is not None:
-            self._tell(f"{frames.source}: its frames follow from lights that are set, and are estimated one by one")
-            return self._one_by_one()
-        if frames.count is None or (isinstance(frames, Video) and not frames.is_counted):
-            self._tell(f"{frames.source}: its frames cannot be counted, so that they are estimated one by one")
+        is_set, is_counted = self._how.by_hand is not None, not isinstance(frames, Video) or frames.is_counted
+        if is_set or frames.count is None or not is_counted:
+            why = "follow from lights that are set" if is_set else "cannot be counted"
+            self._tell(f"{frames.source}: its frames {why}, so that they are estimated one by one")
             return self._one_by_one()
         return self._split(frames.count)
 
@@ -126,7 +128,9 @@ class _Run:
         frames = self._frames if self._frames.is_live else read_ahead(self._frames)
         for frame in self._frames.fitting(frames, self.camera):
             self.last = frame
-            followed = self._following.see(frame, self._how.by_hand if frame.index == self._how.at_frame else None)
+            is_set = self.lacks_frame and frame.index == self._how.at_frame
+            self.lacks_frame &= not is_set
+            followed = self._following.see(frame, self._how.by_hand if is_set else None)
             yield found_in(frame, frame.name, followed.tracked.estimate), followed
 
     def _split(self, count: int) -> Iterator[tuple[Found, Followed]]:

@@ -72,8 +72,8 @@ class PictureFile:
     def read(self) -> Picture:
         """Read and decode it. Raises ImageError, which names the file, where that cannot be done."""
         image, sha256, taken_s, tag, encoded = read_tagged(self.path)
-        more = {"time_unix_s": taken_s, "tag": tag, "encoded": None if self.rotate_deg else encoded}
-        more["by_hand"] = self.by_hand
+        encoded = None if self.rotate_deg else encoded
+        more = {"time_unix_s": taken_s, "tag": tag, "encoded": encoded, "by_hand": self.by_hand}
         return Picture(self.path, turned(image, self.rotate_deg), sha256, self.camera, self.dock, **more)
 
 
@@ -119,10 +119,6 @@ class Batch:
                 self.skip(str(error) if str(file.path) in str(error) else f"{file.path}: {error}")
             else:
                 yield picture, result
-
-    def set_lights(self, by_hand: ByHand) -> None:
-        """Set the lights of the first picture by hand."""
-        self.files = (self.files[0].with_lights(by_hand), *self.files[1:])
 
     def tell_orientation(self, tag: int, path: Path) -> None:
         """Report a picture's tag of orientation, each kind once."""

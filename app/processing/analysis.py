@@ -14,6 +14,7 @@ from dockpose.app.drawing.numbers import SI_COLUMNS
 from dockpose.app.state.scene import rendered
 from dockpose.app.state.trust import Trust, trust_of
 from dockpose.app.state.view import View
+from dockpose.lights.by_hand import ByHand
 from dockpose.sources import Frame
 from dockpose.tracking.tracker import Tracked
 
@@ -149,14 +150,15 @@ def select_pose(found: Estimate, index: int | None, by: str, why: str = "") -> E
 def estimate_again(image: np.ndarray, line: dict[str, Any]) -> Estimate:
     """Estimate as a line of schema 1 says, with its choice by hand or track. ValueError names what it lacks."""
     parts = {}
-    for name, kind in (("camera", Camera), ("dock", Dock), ("settings", Settings)):
+    for name, kind in (("camera", Camera), ("dock", Dock), ("settings", Settings), ("by_hand", ByHand | None)):
         try:
-            parts[name] = msgspec.convert(line[name], kind)
+            parts[name] = msgspec.convert(({"by_hand": None} | line)[name], kind)  # older versions wrote none
         except KeyError as error:
             raise ValueError(f"has no {name}") from error
         except msgspec.ValidationError as error:
             raise ValueError(f"{name}: {error}") from error
-    found = estimate(image, **parts, **(line.get("by_hand") or {}))
+    by_hand = parts.pop("by_hand")
+    found = estimate(image, **parts, **({} if by_hand is None else msgspec.structs.asdict(by_hand)))
     chosen_by = line.get("selected_by")
     if chosen_by not in _FROM_OUTSIDE:
         return found

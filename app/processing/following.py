@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Any
 
 import msgspec
-from dockpose import Camera, Dock, Estimate, Settings, Tracker, estimate
+from dockpose import Camera, Dock, Estimate, Settings, Tracker
 from dockpose.app.processing.analysis import Analysis, TrackedFrame, Trajectory, select_pose
 from dockpose.app.processing.masks import AutoMasks
 from dockpose.app.state.trust import Trust, trust_of
@@ -47,11 +47,8 @@ class Following:
     def see(self, frame: Frame, by_hand: ByHand | None = None) -> Followed:
         """Search the next frame, or take the lights that somebody has set in it, and update the track."""
         settings = self.masks.settings_for(frame.image.shape, self._camera, self._dock)
-        if by_hand is None:
-            found = self._search.see(frame.image, frame.index, frame.time_s, settings)
-        else:
-            found = estimate(frame.image, self._camera, self._dock, settings, **msgspec.structs.asdict(by_hand))
-            self._search.begin(found, frame.image, frame.index, frame.time_s)
+        lights = {} if by_hand is None else msgspec.structs.asdict(by_hand)
+        found = self._search.see(frame.image, frame.index, frame.time_s, settings, **lights)
         self.masks.see(found, f"{frame.name} frame {frame.index}")
         self.settings = self.masks.settings_for(frame.image.shape, self._camera, self._dock)
         if self._watch is not None and (sentence := self._watch.see(frame, found)):

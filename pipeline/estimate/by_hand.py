@@ -1,27 +1,26 @@
 """The poses of lights that a person has set: no search, and nobody asks whether they are a dock."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.estimate.stages import Picture
+from dockpose.estimate.stages import Picture, weighed_by_extra_lights
 from dockpose.lights.by_hand import ByHand, markers_at
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
 from dockpose.pose.choice import Choice
 from dockpose.pose.detection import found_in_words, is_spaced_as, judged
-from dockpose.pose.extra import with_extra_lights
 from dockpose.pose.few_lights import FEWEST
 from dockpose.pose.solve import find_poses
 from dockpose.settings import Settings
 from dockpose.text import InputError
-from dockpose.thresholds import METHODS, MethodError
+from dockpose.thresholds import METHODS
 
-_LEFT = 6  # lights, so that those that remain without one of them tell where it must be
-_NUMBERS = 6  # of a pose with its roll
+_NUMBERS = 6  # of a pose with its roll; so many lights and more tell, without one of them, where it must be
 _NO_CHANCE = 1e-3  # that so much is gained by leaving out one light of many that are where they should be
 _LEAST_OFF_PX = 1.0  # that a light is said to be
 
@@ -29,16 +28,13 @@ _LEAST_OFF_PX = 1.0  # that a light is said to be
 def at_lights(
     picture: Picture, camera: Camera, dock: Dock, settings: Settings, by_hand: ByHand
 ) -> tuple[str, str, dict[str, Any]]:
-    """Status, message and stages of lights that somebody has set."""
-    try:
-        threshold = METHODS[settings.method](picture.histogram, settings.min_area_px, settings.level)
-    except MethodError as error:
-        return "method_failed", f"{str(error)[:1].upper()}{str(error)[1:]}.", {}
+    """Status, message and stages of lights that somebody has set. Raises MethodError as the search does."""
+    threshold = METHODS[settings.method](picture.histogram, settings.min_area_px, settings.level)
     light, white = picture.light
     markers = markers_at(by_hand, light, picture.histogram.levels, white, (camera.cx, camera.cy))
     ring = Ring(np.ones(len(markers), dtype=bool), f"{len(markers)} lights were set by hand.")
-    stages: dict[str, Any] = {"threshold": threshold, "markers": markers, "ring": ring}
-    status, message, stages = judge_set(picture, camera, dock, stages, "set by hand")
+    begun = {"threshold": threshold, "markers": markers, "ring": ring}
+    status, message, stages = judge_set(picture, camera, dock, begun, "set by hand")
     if status == "ok" and (odd := odd_light(markers, camera, dock, stages["choice"])) is not None:
         message += f" Light {odd[0] + 1} is {odd[1]:.1f} px from where the others have it."
     return status, message, stages | {"found_by": "hand", "by_hand": by_hand}
@@ -63,13 +59,12 @@ def judge_set(
         ellipse, choice, _, reason = judged(alone, markers, camera, dock, picture.area_px2)
     except NoEllipseError as error:
         return "no_ellipse", f"{lights}; no ellipse: {error}.", stages
-    if dock.extra_lights_m:
-        density = 1 / picture.area_px2
-        choice = with_extra_lights(choice, picture.light[0], picture.part[:2], markers, density, camera, dock)
+    choice = weighed_by_extra_lights(choice, alone, markers, picture, camera, dock)
     words = found_in_words(alone, choice, camera, dock).replace(f"{count} lights on the ring", lights, 1)
     if reason is not None and not is_spaced_as(count, choice, dock):
         words += f" {reason}"
-    return "ok", words, stages | {"ellipse": ellipse, "choice": choice, "detection": None}
+    ring = replace(ring, lights=choice.number or ring.lights)
+    return "ok", words, stages | {"ring": ring, "ellipse": ellipse, "choice": choice, "detection": None}
 
 
 def odd_light(markers: Markers, camera: Camera, dock: Dock, choice: Choice) -> tuple[int, float] | None:
@@ -80,7 +75,7 @@ def odd_light(markers: Markers, camera: Camera, dock: Dock, choice: Choice) -> t
     from scipy.special import fdtrc  # takes a third of a second to import, which few pictures need
 
     count = len(markers)
-    if count <= _LEFT:
+    if count <= _NUMBERS:
         return None
     squares_px2, freedom = _squares_px2(choice, count), 2 * (count - 1) - _NUMBERS
     left_px2 = np.full(count, math.inf)

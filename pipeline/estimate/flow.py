@@ -31,7 +31,7 @@ from dockpose.lights.region import Region, crop, masks_within, part_of
 from dockpose.settings import Settings
 from dockpose.sidecar import completed, lights_beside, sample_source
 from dockpose.text import shown
-from dockpose.thresholds import histogram_of
+from dockpose.thresholds import MethodError, histogram_of
 from numpy.typing import ArrayLike
 
 
@@ -108,13 +108,16 @@ def estimate(
     height, width = whole.shape[:2]
     scaled = camera.for_size(width, height)
     counted = picture.histogram.counted
-    if lights_px is not None:
-        by_hand = ByHand.checked(lights_px, snap, width, height)
-        status, message, stages = at_lights(picture, scaled, dock, settings, by_hand)
-    elif counted is not None and not counted.any():
-        status, message, stages = "no_lights", "No lights: the whole picture is masked.", {}
-    else:
-        status, message, stages = search(picture, scaled, dock, settings, fall_back)
+    try:
+        if lights_px is not None:
+            lights = ByHand.checked(lights_px, snap, width, height)
+            status, message, stages = at_lights(picture, scaled, dock, settings, lights)
+        elif counted is not None and not counted.any():
+            status, message, stages = "no_lights", "No lights: the whole picture is masked.", {}
+        else:
+            status, message, stages = search(picture, scaled, dock, settings, fall_back)
+    except MethodError as error:
+        status, message, stages = "method_failed", f"{str(error)[:1].upper()}{str(error)[1:]}.", {}
     message += notes_on(camera, scaled)
     if note:
         message += f" {note[:1].upper()}{note[1:]}."

@@ -17,7 +17,7 @@ from dockpose.lights.ellipse import MIN_POINTS
 from dockpose.lights.ring import Ring
 from dockpose.lights.whole import TOLERANCE_OF_AXIS
 from dockpose.settings import Settings
-from dockpose.thresholds import METHODS, MethodError, Threshold, hats_local, histogram_of
+from dockpose.thresholds import METHODS, Threshold, hats_local, histogram_of
 from dockpose.thresholds.outlines import by_outlines
 from dockpose.thresholds.scales import at_scales
 
@@ -28,15 +28,10 @@ _IN_WHITE = " It shows where the picture is white, in the darkest of its colour 
 def search(
     picture: Picture, camera: Camera, dock: Dock, settings: Settings, fall_back: bool
 ) -> tuple[str, str, dict[str, Any]]:
-    """Status, message and the stages that were reached."""
-    like = None if picture.like is None else picture.like.threshold
-    try:
-        if like is not None and like.method == settings.method:  # and not that of the lights one by one
-            threshold = like
-        else:
-            threshold = METHODS[settings.method](picture.histogram, settings.min_area_px, settings.level)
-    except MethodError as error:
-        return "method_failed", f"{str(error)[:1].upper()}{str(error)[1:]}.", {}
+    """Status, message and the stages that were reached. Raises MethodError where the threshold's method fails."""
+    threshold = None if picture.like is None else picture.like.threshold
+    if threshold is None or threshold.method != settings.method:  # as that of the lights one by one
+        threshold = METHODS[settings.method](picture.histogram, settings.min_area_px, settings.level)
     first = look(threshold, picture, camera, dock, settings)
     if settings.method != "hats" or not fall_back or first.is_exact():
         return first.status, first.message, first.stages

@@ -104,12 +104,19 @@ def judge_ring(
         return "no_ellipse", f"No ellipse: {error}.", stages, math.inf
     if reason is not None:
         return "not_a_ring", reason, stages, log_chance
-    if dock.extra_lights_m:
-        markers = stages["markers"]
-        lights, density = markers.part(ring.on_ring), (1 + np.count_nonzero(~ring.on_ring)) / picture.area_px2
-        choice = with_extra_lights(choice, picture.light[0], picture.part[:2], lights, density, camera, dock)
+    choice = weighed_by_extra_lights(choice, ring, stages["markers"], picture, camera, dock)
     stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(log_chance, ring, choice, camera, told)}
     return "ok", found_in_words(ring, choice, camera, dock), stages, log_chance
+
+
+def weighed_by_extra_lights(
+    choice: Choice, ring: Ring, markers: Markers, picture: Picture, camera: Camera, dock: Dock
+) -> Choice:
+    """The choice with what a dock's extra lights tell of it, if it has any."""
+    if not dock.extra_lights_m:
+        return choice
+    lights, density = markers.part(ring.on_ring), (1 + np.count_nonzero(~ring.on_ring)) / picture.area_px2
+    return with_extra_lights(choice, picture.light[0], picture.part[:2], lights, density, camera, dock)
 
 
 def _find_lights(

@@ -36,12 +36,14 @@ class Search:
         self._is_another = False  # whether that showed another ring
         self._searched_s = 0.0  # when one was searched last
 
-    def begin(self, found: Estimate, image: Any, index: int, time_s: float | None) -> None:
-        """Follow from what somebody else has found in a frame."""
-        self._last, self._index = (begin(found, image, time_s) if _is_plain(image) else None), index
-
-    def see(self, image: Any, index: int, time_s: float | None, settings: Settings) -> Estimate:
-        """Follow the dock into the next frame, (H, W) or (H, W, 3), or search that."""
+    def see(
+        self, image: Any, index: int, time_s: float | None, settings: Settings, lights_px: Any = None, snap: Any = False
+    ) -> Estimate:
+        """Follow the dock into the next frame, (H, W) or (H, W, 3), or search that, or take the lights set in it."""
+        if lights_px is not None:
+            found = estimate(image, self._camera, self._dock, settings, lights_px=lights_px, snap=snap)
+            self._last, self._index = (begin(found, image, time_s) if _is_plain(image) else None), index
+            return found
         is_set = self._last is not None and self._last.found.detection is None
         last = self._last if is_set or self._is_live or index // BLOCK == self._index // BLOCK else None
         self._index = index

@@ -206,12 +206,10 @@ class Tracker:
         snap: ArrayLike = False,
     ) -> Tracked:
         """Search the next frame, or take the lights set in it, as :func:`estimate`; ``command`` is known motion."""
-        if self.follow_lights and lights_px is None:
-            found = self._search.see(image, self._frames, time_s, self.settings)
+        if self.follow_lights:
+            found = self._search.see(image, self._frames, time_s, self.settings, lights_px, snap)
         else:
             found = estimate(image, self.camera, self.dock, self.settings, lights_px=lights_px, snap=snap)
-        if lights_px is not None:
-            self._search.begin(found, image, self._frames, time_s)
         self._frames += 1
         return self.follow(found, time_s, command)
 

@@ -32,7 +32,7 @@ def test_a_picture_has_the_pose_of_its_lights(clicked, json_lines):
     np.testing.assert_allclose(moved[:2], np.array([1, -1]) / 700 * clicked["chosen"]["position_m"][2], atol=2e-4)
 
 
-def test_a_film_is_followed_from_the_frame_whose_lights_are_set(tank, json_lines):
+def test_a_film_is_followed_from_the_frame_whose_lights_are_set(tank, json_lines, capfd):
     scene = random_scene(3, position_m=(0.05, 0.0, 2.0))
     frames = list(film(FilmPlan(scene=scene, motion=Approach(frames=8, start_m=2.0, end_m=1.9))))
     with VideoFile(tank / "film.mkv", 25.0, is_lossless=True) as video:
@@ -47,6 +47,9 @@ def test_a_film_is_followed_from_the_frame_whose_lights_are_set(tank, json_lines
         assert [line["detection"] is None for line in found] == [False] * 3 + [True] * 5
         for line, frame in zip(found, frames, strict=True):
             np.testing.assert_allclose(line["chosen"]["position_m"], frame.truth.position_m, atol=0.02)
+    words[words.index("--at-frame") + 1] = "8"
+    assert main(["estimate", *words]) == 1
+    assert "film.mkv: has no frame 8, whose lights --lights-at sets" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -71,6 +74,10 @@ def test_a_film_is_followed_from_the_frame_whose_lights_are_set(tank, json_lines
 )
 def test_what_does_not_go_with_lights_is_said(clicked, refusal, words, why):
     assert why in refusal("estimate", *words)
+
+
+def test_a_session_has_frames_of_its_own(tank, refusal):
+    assert "--at-frame does not go with --session" in refusal("estimate", "--session", ".", "--at-frame", "3")
 
 
 def test_results_say_that_nothing_checks_the_lights(clicked, capfd):

@@ -82,6 +82,13 @@ def test_what_the_frames_before_chose_is_chosen_again():
     assert "tracking" in chosen_by
 
 
+@pytest.mark.parametrize("by_hand", ["lights", {"lights_px": [[1]]}, {"places": []}, [[1, 2]]])
+def test_lights_by_hand_that_a_line_cannot_mean_are_named(found, by_hand):
+    line = msgspec.json.decode(msgspec.json.encode(found.to_dict())) | {"by_hand": by_hand}
+    with pytest.raises(ValueError, match="by_hand: "):
+        estimate_again(np.zeros((found.height, found.width), np.uint8), line)
+
+
 def test_rounding_is_no_difference(found):
     for change, names in ((1e-13, []), (1e-6, ["candidates[0].position_m[2]"])):
         line = msgspec.json.decode(msgspec.json.encode(found.to_dict()))

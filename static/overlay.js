@@ -8,7 +8,7 @@ const LEAST_RADIUS_PX = 6;
 // No line runs through a light: all stop at its circle, which is empty.
 export function overlayParts(overlay, viewport, shown, layers) {
   const parts = overlay.masks.map((mask, index) => drawMask(mask, index, viewport));
-  const groups = layers.has("lights") ? overlay.groups.map((group) => drawGroup(group, viewport, shown)) : [];
+  const groups = layers.has("lights") ? overlay.groups.map((group) => drawGroup(group, viewport, shown, overlay.byHand !== null)) : [];
   if (shown !== "annotated") return [...parts, ...groups];
   const lights = overlay.groups.filter((group) => group.onRing);
   const holes = lights.map((group) => [...viewport.toStage(group.at), radiusOf(group, viewport)]);
@@ -86,8 +86,8 @@ function drawRing(overlay, viewport, holes) {
   return overlay.outline === null ? [] : [titled(line(path(overlay.outline, viewport, holes, true), "ellipse outline"), "fitted ellipse")];
 }
 
-// A light on the ring has a circle and its number; a group that was thrown out has a cross.
-function drawGroup(group, viewport, shown) {
+// A light on the ring has a circle and its number, one set by hand a square; a group that was thrown out has a cross.
+function drawGroup(group, viewport, shown, isByHand) {
   const [x, y] = viewport.toStage(group.at);
   const radius = radiusOf(group, viewport);
   const place = { class: "group", "data-x": group.at[0], "data-y": group.at[1], transform: `translate(${x} ${y})` };
@@ -96,14 +96,16 @@ function drawGroup(group, viewport, shown) {
     const cross = line(`M${-r} ${-r}L${r} ${r}M${-r} ${r}L${r} ${-r}`, "dropped");
     return titled(makeSvg("g", { ...place, "data-thrown-out": "" }, cross), "thrown out: not a light of the dock");
   }
-  const edge = makeSvg("circle", { r: radius, class: "edge" });
-  const ring = makeSvg("circle", { r: radius, class: "line light" });
+  const around = (name) => isByHand
+    ? makeSvg("rect", { x: -radius, y: -radius, width: 2 * radius, height: 2 * radius, class: name })
+    : makeSvg("circle", { r: radius, class: name });
+  const [edge, ring] = [around("edge"), around("line light")];
   const mark = makeSvg("g", { ...place, "data-light": group.label }, edge, ring);
   if (shown === "annotated") {
     const [dx, dy] = group.outward.map((one) => one * (radius + 11));
     mark.append(words(group.label, [dx, dy + 5]));
   }
-  return titled(mark, `light ${group.label} on the ring`);
+  return titled(mark, isByHand ? `light ${group.label}, set by hand` : `light ${group.label} on the ring`);
 }
 
 // A lamp out of the ring's plane where it is seen, in a diamond.

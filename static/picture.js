@@ -3,6 +3,7 @@
 import { Flat } from "./flat.js";
 import "./frame.js";
 import { request } from "./jobs.js";
+import { Hand } from "./lights.js";
 import { follow, hideBoxBefore, make, makeSvg, sendThrough } from "./link.js";
 import { overlayParts } from "./overlay.js";
 import { greyOf, keptPixels, paintKept, stretch } from "./pixels.js";
@@ -54,7 +55,8 @@ class Picture extends HTMLElement {
     this.flat = new Flat(this.svg);
     this.readout = make("output", { class: "readout", "aria-label": "pixel under the pointer" });
     this.frameLabel = make("span", { class: "frame" });
-    this.stage = make("div", { class: "stage", tabindex: "0", role: "application" }, this.canvas, this.flat.canvas, this.svg, this.drafts, this.readout);
+    this.hand = new Hand(this);
+    this.stage = make("div", { class: "stage", tabindex: "0", role: "application" }, this.canvas, this.flat.canvas, this.svg, this.drafts, this.readout, this.hand.loupe);
     this.stage.setAttribute("aria-label", "Picture. Arrows: pan. Plus, minus: zoom. F: fit.");
     const show = (kind) => () => this.show(kind);
     this.buttons = {};
@@ -62,6 +64,9 @@ class Picture extends HTMLElement {
     this.addButton("contrast", "Contrast", "Stretch the contrast, to see what is dim. Key: C", () => this.toggleContrast());
     this.addButton("mask", "Mask", "Draw a rectangle that is not looked at. Key: M", () => this.toggleTool("mask"));
     this.addButton("ruler", "Ruler", "Measure between two points. Key: U", () => this.toggleTool("ruler"));
+    this.addButton("hand", "Set lights", "Click each light of the dock; on one: take it away. Drag or arrows: move it. Shift: exactly there. Key: H", () => this.toggleTool("lights"));
+    this.addButton("clear", "Clear", "Take all lights away, to set them one by one", () => this.hand.tell([]));
+    this.addButton("search", "Search again", "Let the program look for the lights", () => this.hand.tell(null));
     this.addButton("in", "+", "Zoom in. Key: +", () => this.zoom(ZOOM));
     this.addButton("out", "−", "Zoom out. Key: -", () => this.zoom(1 / ZOOM));
     this.addButton("fit", "Fit", "Show the whole picture. Key: F", () => this.fit());
@@ -71,12 +76,13 @@ class Picture extends HTMLElement {
     }
     const of = (...names) => names.map((name) => this.buttons[name]);
     const kinds = make("div", { class: "group", role: "group", "aria-label": "What is shown" }, ...of(...Object.keys(KINDS)));
-    const tools = make("div", { class: "group", role: "group", "aria-label": "Tools" }, ...of("contrast", "mask", "ruler"));
+    const tools = make("div", { class: "group", role: "group", "aria-label": "Tools" }, ...of("contrast", "mask", "ruler", "hand", "clear", "search"));
     const zoom = make("div", { class: "zoom", role: "group", "aria-label": "Zoom" }, ...of("in", "out", "fit"));
     const layers = make("div", { class: "group layers", role: "group", "aria-label": "Layers" }, ...of(...Object.keys(LAYERS).map((name) => `layer-${name}`)));
     const help = make("a", { href: "help#view", target: "_blank", rel: "noopener" }, "Help");
     this.append(this.stage, make("div", { class: "tools" }, kinds, tools, help, this.frameLabel), zoom, layers);
     this.tools = new Tools(this);
+    for (const name of ["clear", "search"]) this.buttons[name].hidden = true;
     for (const group of this.querySelectorAll(".group, .zoom")) this.passOn(group);
     this.keys = this.keysOfButtons();
     this.addEventListener("keydown", (event) => event.key !== "Tab" && event.target !== this.stage && this.keyOnButton(event));
@@ -85,13 +91,13 @@ class Picture extends HTMLElement {
 
   addButton(name, text, hint, act) {
     const button = make("button", { type: "button", title: hint, "aria-label": `${text}: ${hint}`, "data-do": name }, text);
-    if (name.length > 4 || name === "mask") button.setAttribute("aria-pressed", "false");
+    if ((name.length > 4 || ["mask", "hand"].includes(name)) && !["clear", "search"].includes(name)) button.setAttribute("aria-pressed", "false");
     button.addEventListener("click", act);
     this.buttons[name] = button;
   }
 
   keysOfButtons() {
-    const names = { a: "annotated", s: "thresholded", c: "contrast", m: "mask", u: "ruler", "+": "in", "=": "in", "-": "out", f: "fit", 0: "fit" };
+    const names = { a: "annotated", s: "thresholded", c: "contrast", m: "mask", u: "ruler", h: "hand", "+": "in", "=": "in", "-": "out", f: "fit", 0: "fit" };
     for (const [name, [, key]] of Object.entries(LAYERS)) names[key] = `layer-${name}`;
     return Object.fromEntries(Object.entries(names).map(([key, name]) => [key, () => this.buttons[name].click()]));
   }
@@ -110,7 +116,7 @@ class Picture extends HTMLElement {
     if (["Enter", " "].includes(event.key)) event.stopPropagation();
   }
 
-  take({ picture, overlay, serial, isPlaying }) {
+  take({ picture, overlay, serial, isPlaying, lightsHeard }) {
     clearTimeout(this.settling);
     const now = performance.now();
     const isQuick = isPlaying || now - this.takenAt < QUICK_MS;
@@ -122,6 +128,7 @@ class Picture extends HTMLElement {
       this.viewport.setPicture(picture.width, picture.height);
     }
     [this.overlay, this.serial] = [overlay, serial];
+    this.hand.take(lightsHeard);
     this.paint();
     this.draw();
     this.dataset.frame = overlay.frame;
@@ -184,7 +191,12 @@ class Picture extends HTMLElement {
   }
 
   onTool(tool) {
-    for (const name of ["mask", "ruler"]) this.buttons[name].setAttribute("aria-pressed", String(name === tool));
+    const pressed = { mask: "mask", ruler: "ruler", hand: "lights" };
+    for (const [name, its] of Object.entries(pressed)) this.buttons[name].setAttribute("aria-pressed", String(its === tool));
+    const isHand = tool === "lights";
+    for (const name of ["clear", "search"]) this.buttons[name].hidden = !isHand;
+    if (isHand) this.hand.begin();
+    else this.hand.end();
     this.stage.dataset.tool = tool ?? "";
     this.drawDraft();
   }

@@ -7,7 +7,7 @@ const CLICK_PX = 4; // a press that moves less is a click: the ruler's first end
 const PAN_PX = 40;
 const ROUNDING = 1e-6;
 
-// Works on `view`, the picture's element; `tool` is null (pan), "mask" or "ruler".
+// Works on `view`, the picture's element; `tool` is null (pan), "mask", "ruler" or "lights", which the view's hand sets.
 export class Tools {
   constructor(view) {
     this.view = view;
@@ -21,7 +21,10 @@ export class Tools {
     stage.addEventListener("pointermove", (event) => this.move(event));
     stage.addEventListener("pointerup", (event) => this.release(event));
     stage.addEventListener("pointercancel", (event) => this.cancel(event));
-    stage.addEventListener("pointerleave", () => view.tell(null));
+    stage.addEventListener("pointerleave", () => {
+      view.tell(null);
+      this.hand?.leave();
+    });
     stage.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     stage.addEventListener("keydown", (event) => this.key(event));
   }
@@ -31,6 +34,11 @@ export class Tools {
     [this.tool, this.pressed, this.start, this.end, this.cursor] = [tool, null, null, null, null];
     this.phase = null; // "dragged": the first end is down; "clicked": it is set, and the second is to come; "last"
     this.view.onTool(tool);
+  }
+
+  // What sets lights, while that is the tool.
+  get hand() {
+    return this.tool === "lights" ? this.view.hand : null;
   }
 
   place(event) {
@@ -47,7 +55,8 @@ export class Tools {
       return;
     }
     [this.pressed, this.cursor, this.isOnWhole] = [this.place(event), null, this.view.viewport.fits];
-    if (this.tool === null) return;
+    this.hand?.press(this.pressed);
+    if (this.tool === null || this.hand) return;
     if (this.phase !== "clicked") this.start = this.view.viewport.toPicture(this.pressed);
     this.phase = this.phase === "clicked" ? "last" : "dragged";
     this.end = this.view.viewport.toPicture(this.pressed);
@@ -60,6 +69,7 @@ export class Tools {
       return;
     }
     const point = this.view.viewport.toPicture(place);
+    this.hand?.move(place);
     if (this.tool === null && this.pressed !== null) {
       this.view.viewport.pan(place[0] - this.pressed[0], place[1] - this.pressed[1]);
       this.pressed = place;
@@ -98,6 +108,7 @@ export class Tools {
     const [x, y] = this.place(event);
     const isClick = Math.hypot(x - this.pressed[0], y - this.pressed[1]) < CLICK_PX;
     this.pressed = null;
+    this.hand?.release([x, y], event.shiftKey);
     if (this.phase === null) return;
     if (this.phase === "dragged" && isClick) this.phase = "clicked";
     else this.finish(this.view.viewport.toPicture([x, y]));
@@ -125,9 +136,10 @@ export class Tools {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     const arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
     const act = this.view.keys[event.key.toLowerCase()];
-    if (arrow && this.tool !== null) this.moveCursor(arrow.map((one) => one * (event.shiftKey ? 10 : 1)));
+    if (this.hand?.key(event, arrow));
+    else if (arrow && this.tool !== null) this.moveCursor(arrow.map((one) => one * (event.shiftKey ? 10 : 1)));
     else if (arrow) this.view.viewport.pan(...arrow.map((one) => -PAN_PX * one));
-    else if (["Enter", " "].includes(event.key) && this.tool !== null) this.setPoint();
+    else if (["Enter", " "].includes(event.key) && this.tool !== null) this.setPoint(event.shiftKey);
     else if (event.key === "Escape" && this.tool !== null) this.take(null);
     else if (act) act();
     else return;
@@ -146,9 +158,13 @@ export class Tools {
     this.view.tell(this.cursor);
   }
 
-  // Enter: the first end of a mask or of the ruler, then the second.
-  setPoint() {
+  // Enter: the first end of a mask or of the ruler, then the second; or a light.
+  setPoint(isExact) {
     if (this.cursor === null) this.moveCursor([0, 0]);
+    if (this.hand) {
+      this.hand.enter(this.cursor, isExact);
+      return;
+    }
     if (this.phase === "clicked") this.finish(this.cursor);
     else [this.start, this.end, this.phase] = [this.cursor, this.cursor, "clicked"];
   }
@@ -156,7 +172,7 @@ export class Tools {
   // The mask or the ruler's line as it stands, and the cursor, as SVG.
   draft(overlay) {
     const { viewport } = this.view;
-    const parts = [];
+    const parts = this.hand?.draft() ?? [];
     if (this.cursor !== null) {
       const [x, y] = viewport.toStage(this.cursor);
       parts.push(makeSvg("path", { d: `M${x - 12} ${y}H${x + 12}M${x} ${y - 12}V${y + 12}`, class: "cursor" }));

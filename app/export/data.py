@@ -136,7 +136,10 @@ def _value(line: Any, path: str) -> Any:
 
 
 def settings_yaml(analysis: "Analysis") -> str:
-    """Return the settings, dock and camera that were used and, where there is one, the measured pose as YAML."""
+    """Return the settings, dock and camera that were used, and of the picture a measured pose and lights set by hand.
+
+    As NAME.yaml beside NAME.png it tells all of this of that picture.
+    """
     view, found = analysis.view, analysis.estimate
     content: dict[str, Any] = {
         "source": view.source,
@@ -146,6 +149,8 @@ def settings_yaml(analysis: "Analysis") -> str:
     }
     if view.measured is not None:
         content["measured"] = msgspec.to_builtins(view.measured)
+    if found.by_hand is not None:
+        content |= msgspec.to_builtins(found.by_hand)
     return to_yaml(content)
 
 

@@ -70,6 +70,8 @@ def status_line(found: Estimate, *, with_sigma: bool = True) -> str:
 
 def advice(found: Estimate) -> str:
     """Return what to try next; empty where a dock was found."""
+    if found.by_hand is not None and found.status != "ok":
+        return "Click more of the dock's lights, or press Search again."
     return _ADVICE.get(found.status, "")
 
 

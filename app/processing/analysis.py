@@ -94,10 +94,10 @@ class Analysis:
     @cached_property
     def fitting_lights(self) -> int | None:
         """How many lights form a ring where the dock's number finds none or fewer than there are; None for none."""
-        found, lights = self.estimate, self.view.dock.lights
+        found, view, lights = self.estimate, self.view, self.view.dock.lights
         seen, groups = found.lights_on_ring or 0, 0 if found.markers is None else len(found.markers)
-        is_ok, view = found.status == "ok", self.view
-        if lights is None or (is_ok and (seen >= groups or seen == lights)):
+        is_ok = found.status == "ok"
+        if lights is None or view.set_lights is not None or (is_ok and (seen >= groups or seen == lights)):
             return None
         free = estimate(view.image, view.camera, Dock(view.dock.diameter), view.settings)
         if free.status != "ok" or free.ring is None or (free.lights_on_ring or 0) <= (seen if is_ok else 0):
@@ -118,7 +118,8 @@ def analyse(view: View, last: Analysis | None = None) -> Analysis:
     """Render a stale view, run the pipeline, and choose by hand; ``last`` saves work on the same picture."""
     view = rendered(view)
     like = last.estimate if last is not None and last.view.image is view.image else None
-    found = estimate(view.image, view.camera, view.dock, view.settings, like=like)
+    lights = {} if view.set_lights is None else msgspec.structs.asdict(view.set_lights)
+    found = estimate(view.image, view.camera, view.dock, view.settings, like=like, **lights)
     return Analysis(view, chosen_by_hand(found, view.by_hand))
 
 

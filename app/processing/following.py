@@ -69,6 +69,8 @@ class FrameFollower:
         self._following: Following | None = None
         self._searched_with: tuple[Any, ...] = ()
         self._before: int | None = None
+        self._frame: Frame | None = None
+        self._lights: dict[int, ByHand] = {}  # that the operator set, by frame
         self.trajectory = Trajectory()
 
     def leaves_out(self, view: View, frame: Frame) -> bool:
@@ -83,12 +85,25 @@ class FrameFollower:
         source = f"{self._name}, {number}{time}"
         if self._before is None:
             return with_first_frame(view, frame.image, source, self.frames.camera, self.frames.dock)
-        return with_frame(view, frame.image, source)
+        return replace(with_frame(view, frame.image, source), set_lights=self._lights.get(frame.index))
+
+    def takes(self, view: View) -> Analysis | None:
+        """Begin a new track by the lights that were set in the frame that a view shows; None where none are or were."""
+        frame = self._frame
+        if frame is None or view.list_name != "sequence" or view.image is not frame.image:
+            return None
+        before = self._lights.pop(frame.index, None)
+        if view.set_lights is not None:
+            self._lights[frame.index] = view.set_lights
+        elif before is None:
+            return None
+        self._following = None
+        return self.read(view, frame)
 
     def read(self, view: View, frame: Frame) -> Analysis:
         """Search the frame that a view shows, and track the dock from the frame before."""
-        followed = self._following_for(view, frame).see(replace(frame, image=view.image))
-        self._before = frame.index
+        followed = self._following_for(view, frame).see(replace(frame, image=view.image), view.set_lights)
+        self._frame, self._before = frame, frame.index
         self.trajectory.note(frame, followed.tracked)
         return Analysis(view, followed.estimate, TrackedFrame(frame, followed.tracked, self.trajectory))
 

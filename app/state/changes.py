@@ -13,6 +13,7 @@ from dockpose.app.state.camera import is_in_force, with_given_values, with_my_ta
 from dockpose.app.state.parameters import LEAST_LIGHTS, checked_number, put
 from dockpose.app.state.undo import difference_words
 from dockpose.app.state.view import MeasuredPose, View
+from dockpose.lights.by_hand import ByHand
 from dockpose.lights.masks import Mask
 from dockpose.pose.circle import CirclePose
 from msgspec.structs import replace as changed
@@ -152,6 +153,17 @@ def with_pose_by_hand(view: View, pose: CirclePose | None) -> View:
     return replace(view, by_hand=(x, y, z))
 
 
+def with_set_lights(view: View, lights_px: Any, snap: Any) -> View:
+    """Take the lights that the operator set, in pixels, and of each whether the spot there is taken; None: search."""
+    if lights_px is None:
+        return replace(view, set_lights=None)
+    most, count = view.dock.lights or MAX_LIGHTS, len(lights_px)
+    if count > most:
+        raise UserError(f"{count} lights are set, and the dock has {most}; take one away, or set the number of lights.")
+    height, width = view.image.shape[:2]
+    return replace(view, set_lights=ByHand.checked(lights_px, snap if count else False, width, height))
+
+
 def with_measured(view: View, values: Mapping[str, Any] | None) -> View:
     """Compare with a pose measured by hand: centimetres and degrees by the names in ``MEASURED_LIMITS``, or None."""
     if values is None:
@@ -220,6 +232,8 @@ def _removable(view: View) -> list[Chip]:
             "Camera or dock are not those of the file.",
             with_given_values,
         )
+    if view.set_lights is not None:
+        add("Lights set by hand", "In this picture.", lambda view: with_set_lights(view, None, None))
     if view.by_hand is not None:
         add("Pose chosen by hand", "For this picture.", lambda view: with_pose_by_hand(view, None))
     if settings.method == "fixed":

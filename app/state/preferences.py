@@ -1,6 +1,7 @@
 """Settings in files: those that people save and load, and those restored at the next start."""
 
 import contextlib
+import hashlib
 import os
 import sys
 import time
@@ -18,9 +19,11 @@ from dockpose.app.state.camera import with_own_camera, with_own_dock
 from dockpose.app.state.tank import Tank, make_private, write_whole
 from dockpose.app.state.view import MeasuredPose, View, open_source, with_sample, with_upload
 from dockpose.files import FileError, read_yaml, to_yaml
+from dockpose.lights.by_hand import ByHand
 
 _EVERY_S = 2.0
 _PICTURE, _MOST_VALUES = "last-picture.png", 30_000_000
+_MOST_LIT = 200  # pictures whose lights are remembered
 
 
 class SettingsFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -30,7 +33,10 @@ class SettingsFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     camera: Camera | None = None
     dock: Dock | None = None
     source: str = ""  # which picture they were of
-    measured: MeasuredPose | None = None  # and what was measured of it, which is of no other
+    # And what was measured of it and set in it, which is of no other.
+    measured: MeasuredPose | None = None
+    lights_px: tuple[tuple[float, float], ...] = ()
+    snap: bool | tuple[bool, ...] = False
 
 
 class Remembered(msgspec.Struct, frozen=True):
@@ -41,6 +47,7 @@ class Remembered(msgspec.Struct, frozen=True):
     tank: Tank = Tank()
     sample: str | None = None  # name of the last picture where it was a sample
     upload: str | None = None  # its name where it was sent; the pixels are kept beside
+    lights: dict[str, ByHand] = {}  # that were set in pictures, the newest last, by a digest of the pixels
 
 
 def with_settings_file(view: View, data: bytes, name: str) -> View:
@@ -102,6 +109,22 @@ class Memory:
                 write_whole(self._path.with_name(_PICTURE), cv2.imencode(".png", view.image)[1].tobytes())
                 self.change(sample=None, upload=view.item)
 
+    def keep_lights(self, view: View) -> None:
+        """Remember at once which lights are set in a picture, or that none are any more."""
+        key = _digest(view.image)
+        lights = {one: kept for one, kept in self.now.lights.items() if one != key}
+        if view.set_lights is not None:
+            lights[key] = view.set_lights
+        if lights != self.now.lights:
+            self.change(lights=dict([*lights.items()][-_MOST_LIT:]))
+            self.write()
+
+    def with_lights(self, view: View) -> View:
+        """Return the view with the lights that were set in its picture, if any were and none came with it."""
+        if view.set_lights is not None or not self.now.lights or view.list_name == "sequence":
+            return view
+        return replace(view, set_lights=self.now.lights.get(_digest(view.image)))
+
     def forget_picture(self) -> None:
         """Delete the uploaded picture that was kept. Raises UserError where that fails."""
         self.change(upload=None)
@@ -144,6 +167,10 @@ class Memory:
             return Remembered()
         # Masks belong to the picture that they were drawn in.
         return msgspec.structs.replace(kept, settings=msgspec.structs.replace(kept.settings, masks=()))
+
+
+def _digest(image: np.ndarray) -> str:
+    return hashlib.blake2b(np.ascontiguousarray(image).data, digest_size=12).hexdigest()
 
 
 def config_folder() -> Path | None:

@@ -15,7 +15,7 @@ from dockpose.app.state.view import View
 
 _LONGEST = 100
 _ONE_MOVE_S = 3.0  # between changes of a slider that is dragged, which are undone at once, until it is let go
-_NOTED = ("camera", "dock", "settings", "scene", "by_hand", "measured", "tank", "camera_of", "dock_of")
+_NOTED = ("camera", "dock", "settings", "scene", "by_hand", "set_lights", "measured", "tank", "camera_of", "dock_of")
 
 
 class History:
@@ -71,7 +71,10 @@ class History:
         self._last_names, last = set(), here.pop()
         self._returned_to = last if isinstance(last, View) else with_tank(view, last)
         if view.list_name == "sequence":  # its frames go on meanwhile
-            self._returned_to = replace(self._returned_to, image=view.image, source=view.source, sha256=view.sha256)
+            of_frame = {name: getattr(view, name) for name in ("image", "source", "sha256")}
+            if view.image is not self._returned_to.image:
+                of_frame["set_lights"] = view.set_lights
+            self._returned_to = replace(self._returned_to, **of_frame)
         return self._returned_to
 
 

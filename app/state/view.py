@@ -14,8 +14,9 @@ from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import load_sample
 from dockpose.app.state.tank import Tank
 from dockpose.camera.image import ImageError, decode, orientation_of, orientation_sentence, read_picture_file, turned
+from dockpose.lights.by_hand import ByHand
 from dockpose.pose.known import KnownPose
-from dockpose.sidecar import Sidecar, read_sidecar, sample_names, sample_path
+from dockpose.sidecar import Sidecar, lights_beside, read_sidecar, sample_names, sample_path
 from dockpose.simulate import Scene, load_scene
 from dockpose.sources.pictures import read_tagged
 
@@ -70,7 +71,7 @@ GUESSED_VIEW_DEG = 60.0
 Owner = Literal["tank", "picture", "guess"]
 # What a frame of a sequence is without.
 _OF_NO_FILE: dict[str, Any] = {
-    **dict.fromkeys(("sample", "truth", "by_hand", "measured", "scene", "sha256")),
+    **dict.fromkeys(("sample", "truth", "by_hand", "set_lights", "measured", "scene", "sha256")),
     **{"is_stale": False, "item": ""},
 }
 
@@ -95,6 +96,7 @@ class View:
     truth: KnownPose | None = None  # where the dock of a simulated picture really is
     note: str = ""  # what was changed on opening it
     by_hand: tuple[float, float, float] | None = None  # normal of the pose that the operator chose
+    set_lights: ByHand | None = None  # lights that the operator set in the picture; None where they are searched for
     measured: MeasuredPose | None = None  # what the operator measured of the pose
     scene: Scene | None = None  # what is simulated
     is_stale: bool = False  # whether ``image`` is still to be rendered from ``scene``
@@ -159,8 +161,11 @@ def open_source(
         None if truth is None else truth.rotated(rotate_deg),
     )
     view = _view(turned(image, rotate_deg), path.name, mine, brought)
-    note = orientation_sentence(tag, path.name)
-    return replace(view, sha256=sha256, list_name="beside", item=path.resolve().name, note=note)
+    note, lights = orientation_sentence(tag, path.name), lights_beside(path)
+    if rotate_deg and lights is not None:
+        note, lights = f"{note} Lights are set in the picture as it is, and do not go with --rotate.", None
+    item = path.resolve().name
+    return replace(view, sha256=sha256, list_name="beside", item=item, note=note.strip(), set_lights=lights)
 
 
 def with_sample(view: View, name: Any) -> View:
@@ -170,12 +175,13 @@ def with_sample(view: View, name: Any) -> View:
 
 def with_file(view: View, path: Path, name: str, list_name: str = "folder") -> View:
     """Show a picture of a folder on this machine, called ``name`` there."""
-    beside = read_sidecar(path) if path.with_suffix(".yaml").resolve().parent == path.parent else Sidecar()
+    is_beside = path.with_suffix(".yaml").resolve().parent == path.parent
+    beside, lights = (read_sidecar(path), lights_beside(path)) if is_beside else (Sidecar(), None)
     try:
         data = read_picture_file(path)
     except ImageError as error:
         raise UserError(str(error).replace(str(path), name, 1)) from error
-    return _decoded(view, data, name, list_name, beside)
+    return replace(_decoded(view, data, name, list_name, beside), set_lights=lights)
 
 
 def with_upload(view: View, data: bytes, name: str) -> View:

@@ -110,6 +110,10 @@ class App(Page, contextlib.AbstractContextManager["App"]):
                 self._show(self.newest)
             return
         try:
+            if (follower := self.sequence.follower) is not None and (taken := follower.takes(job)) is not None:
+                self.newest = taken
+                self._show(taken)
+                return
             analysis = analyse(job, self._current)
             if not self._is_warm:  # the first run loads compiled code, and its time is not that of a picture
                 self._is_warm, analysis = True, analyse(job)

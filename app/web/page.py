@@ -68,7 +68,7 @@ class Page:
         else:
             is_left_open = source is None and camera is None and dock is None
             view = (self.memory.last_view(tank) if is_left_open else None) or open_source(source, camera, dock, tank)
-        return with_last_settings(view, self.memory.now.settings)
+        return with_last_settings(self.memory.with_lights(view), self.memory.now.settings)
 
     def work_on(self, job: View | Frame | None) -> None:
         """Work on a view, on a frame, or show all of the newest frame; called from the worker's thread."""
@@ -134,7 +134,12 @@ class Page:
 
             is_done = self.attempt(apply, client)
             self.choices.taken(choice)
-            after = self._view = kept(before, self._view)
+            after = kept(before, self._view)
+            if after.image is not before.image:
+                after = self.memory.with_lights(after)
+            elif after.set_lights is not before.set_lights:
+                self.memory.keep_lights(after)
+            self._view = after
             if reload or not is_done:
                 self.load(after)
             if after is not before:

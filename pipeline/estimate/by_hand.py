@@ -40,6 +40,14 @@ def at_lights(
     return status, message, stages | {"found_by": "hand", "by_hand": by_hand}
 
 
+def spot_at(picture: Picture, camera: Camera, point_px: tuple[float, float], others_px: np.ndarray) -> Markers:
+    """The one light, of a group of pixels, that would be taken to be at a point in pixels, beside others (N, 2)."""
+    light, white = picture.light
+    by_hand = ByHand((point_px, *map(tuple, others_px.tolist())), snap=True)
+    markers = markers_at(by_hand, light, picture.histogram.levels, white, (camera.cx, camera.cy))
+    return markers.part(np.arange(len(markers)) == 0)
+
+
 def judge_set(
     picture: Picture, camera: Camera, dock: Dock, stages: dict[str, Any], seen: str
 ) -> tuple[str, str, dict[str, Any]]:

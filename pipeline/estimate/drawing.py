@@ -18,6 +18,7 @@ from dockpose.pose.known import KnownPose
 
 PARTS = ("lights", "ellipse", "a", "b")
 _LEAST_RADIUS = 6.0  # of a light's circle, in units of the canvas
+_SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]])  # around a light that was set by hand, in radii
 _LARGEST_PX = 1200  # of the drawing's longer side: notebooks keep what they show
 
 
@@ -95,7 +96,9 @@ def _draw_lights(canvas: Canvas, found: Stages) -> None:
     radii = geometry.light_radii(found, _LEAST_RADIUS * canvas.unit) / canvas.unit
     lights = geometry.on_ring(found) | geometry.extra_seen(found)[1]
     for point, radius, is_light in zip(points, radii, lights, strict=True):
-        if is_light:
+        if is_light and found.by_hand is not None:
+            canvas.polyline(point + radius * canvas.unit * _SQUARE, LIGHT_COLOUR)
+        elif is_light:
             canvas.circle(point, radius, LIGHT_COLOUR)
         else:
             canvas.cross(point, 2 * radius, DROPPED_COLOUR, tilted=True)

@@ -68,8 +68,8 @@ def extra_seen(estimate: Stages) -> tuple[np.ndarray, np.ndarray]:
 
 
 def on_ring(estimate: Stages) -> np.ndarray:
-    """Return for each group (N,) bool whether it is a light on the ring of a dock; without a pose none is."""
-    if estimate.ring is None or estimate.selected is None:
+    """Return for each group (N,) bool whether it is a light on the ring; without a pose only those set by hand are."""
+    if estimate.ring is None or (estimate.selected is None and estimate.by_hand is None):
         return np.zeros(0 if estimate.markers is None else len(estimate.markers), dtype=bool)
     return estimate.ring.on_ring
 

@@ -29,7 +29,9 @@ class ByHand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         try:
             points = np.array(lights_px, dtype=float)
         except (TypeError, ValueError):
-            points = np.empty(0)
+            points = np.empty(1)
+        if points.shape == (0,):  # of an empty list
+            points = np.empty((0, 2))
         if points.ndim != 2 or points.shape[-1] != 2:
             raise InputError(f"lights_px is {shown(lights_px)}; it must be pairs of numbers x, y, one for each light")
         places: Any = points.tolist()

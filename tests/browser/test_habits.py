@@ -110,7 +110,7 @@ def test_settings_are_saved_and_loaded(page):
     page.box("Diameter (cm)").fill("45")
     page.until(lambda: page.app.view.dock.diameter == 0.45)
     page.tab("Export")
-    page.choose("What", "Camera, dock and settings (YAML)")
+    page.choose("What", "Camera, dock, settings and lights set (YAML)")
     _, saved = page.download("Save")
     page.box("Diameter (cm)").fill("60")
     page.until(lambda: page.app.view.dock.diameter == 0.6)

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import cv2
+import msgspec
 import numpy as np
 from dockpose import Camera, Estimate
 from dockpose.app.drawing import colours
@@ -17,6 +18,7 @@ from dockpose.app.state.changes import with_mask, with_method
 from dockpose.app.web.choices import Change, Client
 from dockpose.app.web.live import Acts, RequestBox, data_html, request_to
 from dockpose.app.web.page import Page
+from dockpose.app.web.panels.set_lights import SetLights
 from dockpose.app.web.widgets import Panel
 from dockpose.camera.image import to_levels
 from dockpose.estimate import geometry
@@ -59,10 +61,13 @@ class PicturePanel(Panel):
         self._sent: np.ndarray | None = None
         self._is_exact = False
         self._numbers, self._histogram, self._lights, self._truth = HistogramNumbers(), {}, {}, {}
-        requests = RequestBox(self.gui, "Done in the picture", acts_in_picture(self.change))
+        self._hand = SetLights(app)
+        acts: Acts = {**acts_in_picture(self.change), **self._hand.acts}
+        requests = RequestBox(self.gui, "Done in the picture", acts)
         self.gui.add_html(f'<dockpose-picture channel="{requests.channel}" style="{LOOK}"></dockpose-picture>')
         self.gui.add_html(f'<dockpose-histogram style="{LOOK}"></dockpose-histogram>')
         self._picture = self.gui.add_html("")
+        self._hand.begin()
 
     def show(self, analysis: Analysis) -> None:
         """Send the picture if it has changed, and put what was found in it."""
@@ -77,6 +82,7 @@ class PicturePanel(Panel):
             self._truth = truth_numbers(analysis)
         numbers = self._lights | self._truth | pose_numbers(analysis)
         self.app.live.put(picture=self._picture_serial, overlay=numbers, isPlaying=is_playing)
+        self._hand.show(analysis, self._picture_serial)
         histogram = self._numbers.of(analysis, is_playing=is_playing)
         if histogram is not None and histogram != self._histogram:
             self._histogram = histogram
@@ -145,6 +151,7 @@ def pose_numbers(analysis: Analysis) -> dict[str, Any]:
         "dockRadius": found.dock.radius,
         "plane": _plane(found.camera),
         "masks": [list(mask) for mask in found.settings.masks],
+        "byHand": None if found.by_hand is None else msgspec.to_builtins(found.by_hand),
         "cmPerPx": None if bar is None else 100 * bar[0] / bar[1],
         "scale": None if bar is None else {"words": length_words(bar[0]), "px": bar[1]},
     }

@@ -110,6 +110,7 @@ def labels(found: Estimate, view: View, depth_m: float, port_radius_m: float | N
     for index, pose in enumerate(found.candidates):
         side, anchor = (-radius, "bottom-center") if index == upper else (radius, "top-center")
         text = POSE_NAMES[index] + ("" if pose.probability is None else f" {100 * pose.probability:.0f} %")
+        text += "" if found.by_hand is None else ", lights by hand"
         placed[POSE_NAMES[index]] = Label(text, np.asarray(pose.position_m) + (0.0, side, 0.0), anchor)
     if view.truth is not None:
         placed["truth"] = Label("truth", np.asarray(view.truth.position_m) + (radius, 0.0, 0.0), "center-left")

@@ -12,7 +12,7 @@ _STYLES = ("page.css", "view.css", "viser.css", "modes.css")
 _FIRST_SCRIPTS = ("viser.js", "layout.js", "connection.js")
 _SCRIPTS = ("page.js",)
 _MODULES = (
-    *("link.js", "frame.js", "viewport.js", "overlay.js", "pixels.js", "tools.js", "flat.js"),
+    *("link.js", "frame.js", "viewport.js", "overlay.js", "pixels.js", "lights.js", "tools.js", "flat.js"),
     *("picture.js", "histogram.js", "jobs.js", "compare.js", "timeline.js", "scene.js", "steps.js"),
 )
 _STUDY = "<!-- study.html -->"  # where it stands in the help

@@ -69,7 +69,15 @@ def stages(position_m=(0.0, 0.0, 1.0), **more) -> Any:
     areas = np.full(5, 100)
     pose = CirclePose.at(np.array(position_m), np.array([0.0, 0.0, -1.0]), CAMERA)
     known = {"markers": Markers(points, areas, areas), "ring": Ring(np.array([1, 1, 0, 1, 0], dtype=bool), "")}
-    known |= {"choice": None, "selected": pose, "ellipse": None, "camera": CAMERA, "dock": DOCK, "width": 641}
+    known |= {
+        "choice": None,
+        "by_hand": None,
+        "selected": pose,
+        "ellipse": None,
+        "camera": CAMERA,
+        "dock": DOCK,
+        "width": 641,
+    }
     known |= {"light_numbers": lambda: [2, None, None, 0, None]}
     return SimpleNamespace(**known | more)
 

@@ -34,12 +34,13 @@ export function hideBoxBefore(element) {
   viserPage.boxBefore(element).hidden = true;
 }
 
-// <dockpose-name-next name="..." count="...">: gives what viser has after it, one or so many, a class of that name.
+// <dockpose-name-next name="..." count="...">: gives what viser has after it, one or so many, a class of that name; of 0,
+// what is around it.
 class NameNext extends HTMLElement {
   connectedCallback() {
     const [name, count] = [this.getAttribute("name"), Number(this.getAttribute("count") ?? 1)];
     viserPage.boxAround(this).hidden = true;
-    requestAnimationFrame(() => viserPage.boxesAfter(this, count).forEach((box, at) => {
+    requestAnimationFrame(() => (count > 0 ? viserPage.boxesAfter(this, count) : [viserPage.boxAround(this).parentElement]).forEach((box, at) => {
       box.classList.add(name);
       box.style.setProperty("--at", at);
     }));

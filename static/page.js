@@ -13,7 +13,7 @@ async function buttonFor(file, chosen) {
     const isForBoards = chosen !== null && viserPage.isForBoards(chosen);
     const input = isForBoards ? viserPage.inputLike(chosen) : viserPage.uploadInput(isVideo);
     if (input !== null) return input;
-    if (waited === 0) viserPage.openTab(viserPage.tabOf(isForBoards ? "Tank" : "Source"));
+    if (waited === 0) viserPage.openTab(viserPage.tabOf(isForBoards ? "Calibrate" : "Source"));
     await pause();
   }
   return null;
@@ -75,9 +75,11 @@ document.addEventListener("beforeinput", (event) => {
   if (isText && /[^\d.,+\-−\s]/.test(text) && MEASURED.test(viserPage.labelOf(event.target))) event.preventDefault();
 }, true);
 
-// Esc leaves any box, and so does a choice from its list, so that keys are commands again.
+// Esc leaves any box, and so does a choice from its list, so that keys are commands again; then what is over the picture.
 document.addEventListener("keydown", (event) => {
-  if (event.key === "Escape" && event.target.matches("input, textarea") && !viserPage.hasDialog()) event.target.blur();
+  if (event.key !== "Escape" || viserPage.hasDialog()) return;
+  if (event.target.matches("input, textarea")) event.target.blur();
+  else if (["Log", "Calibrate"].some((name) => viserPage.isOpen(viserPage.tabOf(name)))) viserPage.openTab(viserPage.tabOf("Picture"));
 }, true);
 document.addEventListener("click", (event) => {
   if (viserPage.isChoice(event.target)) setTimeout(() => document.activeElement.blur());

@@ -199,7 +199,7 @@ def chips(view: View, fitting_lights: int | None = None, *, has_pose: bool = Tru
         press = partial(put, name="lights", value=fitting_lights)
         found.append(Chip(f"Set the number of lights to {fitting_lights}", "Evenly spaced.", press))
     if view.camera_of == "guess":
-        found.append(Chip("Load the camera's file", "Or calibrate the camera there.", lambda view: view, "Tank"))
+        found.append(Chip("Load the camera's file", "Or calibrate it: tab Calibrate.", lambda view: view, "Tank"))
     if not has_pose:
         found.append(Chip("Look at all methods", "And take one that finds the dock.", lambda view: view, "Compare"))
     if view.dock_of == "guess":

@@ -61,12 +61,12 @@ def small(html: str, attributes: str = "") -> str:
     return f'<div {attributes} style="{style}">{html}</div>' if html else ""
 
 
-def help_anchor(words: str, section: str = "") -> str:
-    """Return a link to the help, or to one section of it, that opens in a new tab."""
-    target = f"help#{section}" if section else "help"
-    return f'<a href="{target}" target="_blank" rel="noopener">{words}</a>'
+def name_around(name: str) -> str:
+    """Return what gives the controls that stand around it a class, for our style sheets."""
+    return f'<dockpose-name-next name="{name}" count="0"></dockpose-name-next>'
 
 
 def help_link(section: str, words: str = "What these numbers mean, and how far to trust them") -> str:
-    """Return a line with a link to a section of the help."""
-    return f'<div style="padding: 0.3em 0.75em 0.6em; font-size: 0.85em">{help_anchor(words, section)}</div>'
+    """Return a line with a link to a section of the help, which opens in a new tab."""
+    link = f'<a href="help#{section}" target="_blank" rel="noopener">{words}</a>'
+    return f'<div style="padding: 0.3em 0.75em 0.6em; font-size: 0.85em">{link}</div>'

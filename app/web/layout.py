@@ -26,12 +26,13 @@ from dockpose.app.web.widgets import Panel
 # The tabs beside the picture, the first of them open, and their panels from above; each ends with a link to its part
 # of the help.
 TABS: dict[str, tuple[type[Panel], ...]] = {
-    "Tank": (TanksPanel, CalibrationPanel, BudgetPanel),
+    "Tank": (TanksPanel, BudgetPanel),
     "Source": (SourcePanel, SequencePanel, GuidancePanel, SimulatorPanel),
     "Detect": (DetectPanel, PosePanel),
-    "Log": (ExperimentPanel,),
     "Export": (ExportPanel,),
 }
+# What lies over each other at the left, in tabs of its own, the picture first.
+OVER = {"Picture": PicturePanel, "Compare": ComparePanel, "Log": ExperimentPanel, "Calibrate": CalibrationPanel}
 # Which panels show a result before its data are sent, the most urgent first; all others after.
 FIRST = GuidancePanel, PicturePanel, SequencePanel, ChipsPanel, DetectPanel, PosePanel
 Kind = TypeVar("Kind", bound=Panel)
@@ -103,8 +104,7 @@ class Layout:
             gui.add_html(f'<dockpose-jobs channel="{requests.channel}"></dockpose-jobs>')
             gui.add_html(steps_html())
             shown = gui.add_tab_group()
-            with shown.add_tab("Picture", viser.Icon.SCAN_EYE):
-                self._made[PicturePanel] = PicturePanel(app)
-            with shown.add_tab("Compare", viser.Icon.LAYOUT_GRID):
-                self._made[ComparePanel] = ComparePanel(app)
+            for title, kind in OVER.items():
+                with shown.add_tab(title):
+                    self._made[kind] = kind(app)
         left.dock_left()

@@ -24,7 +24,7 @@ EXPECTED_CONSOLE = (
     "net::ERR_FILE_NOT_FOUND",  # a picture (blob:) that viser let go of for a newer one before it was loaded
 )
 LAPTOP = 1366, 768
-TABS = ("Tank", "Source", "Detect", "Export", "Log", "Settings")
+TABS = ("Tank", "Source", "Detect", "Export", "Settings", "Log", "Calibrate")
 # Opens the folders that an element is in, the outermost first.
 _UNFOLD = """
 async (one) => {

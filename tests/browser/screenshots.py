@@ -62,11 +62,9 @@ def compare(page: Page) -> None:
 
 def calibrate(page: Page) -> None:
     """Boards that were sent and worked out."""
-    page.tab("Picture")
-    page.tab("Tank")
-    page.unfold("Calibrate the camera")
+    page.tab("Calibrate")
     boards = [(name, cv2.imencode(".png", one)[1].tobytes()) for name, one in pictures(CHESSBOARD, TRUE, 14)]
-    page.send("Add pictures or a video of the board", *boards)
+    page.send("Add pictures or a video", *boards)
     page.until(lambda: page.page.locator("[data-board]").count() == len(boards))
     page.press("Work out the camera")
     page.page.locator(".calibration-line", has_text="pictures used").wait_for()
@@ -85,6 +83,7 @@ def log(page: Page) -> None:
 
 def play(page: Page) -> None:
     """An approach of which half has gone by."""
+    page.tab("Picture")
     page.tab("Source")
     page.choose("Sequence", "simulated approach")
     page.page.get_by_role("button", name="Play", exact=True).click()

@@ -106,9 +106,9 @@ def test_nothing_is_cut_off_covered_faint_or_too_small_to_hit(page, resized, siz
     assert faults(page) == {}
 
 
-def test_there_are_six_tabs_and_never_more_controls_in_sight_than_can_be_taken_in(page):
+def test_there_are_five_tabs_and_never_more_controls_in_sight_than_can_be_taken_in(page):
     names = tools(page)
-    assert len(names) <= 6
+    assert len(names) <= 5
     for name in names:
         open_tool(page, name)
         assert 20 < page.page.evaluate(IN_SIGHT) <= 40, name
@@ -155,7 +155,7 @@ def test_a_finger_on_the_whole_picture_scrolls_the_page_and_pans_one_that_is_zoo
 def test_no_scroll_bar_lies_over_the_words_of_a_tab(page, resized, size):
     resized(size)
     scroll_to(page, "tools")
-    open_tool(page, "Log")
+    open_tool(page, "Detect")
     page.page.locator(f"{RIGHT} [role=tab]").last.hover()  # bars are there while the pointer is over what scrolls
     if not is_column(page):  # which scrolls with a bar of the browser's, beside it
         page.page.locator(f"{RIGHT} {BAR}").first.wait_for(state="attached")
@@ -195,6 +195,22 @@ def test_comparison_fits_as_well(page, resized, size):
     page.rest()
     assert page.page.evaluate(MEASURE, LEAST) == []
     page.tab("Picture")
+
+
+@pytest.mark.parametrize("size", SIZES.values(), ids=SIZES)
+@pytest.mark.parametrize("name", ["Log", "Calibrate"])
+def test_what_lies_over_the_picture_fits_as_well_and_moves_nothing(page, resized, size, name):
+    resized(size)
+    page.page.evaluate("document.querySelector('[data-dock-root]').scrollTo(0, 0)")
+    places = [box(page, one) for one in (CANVAS, "#candidates")]
+    page.tab(name)
+    page.rest()
+    assert page.page.evaluate(MEASURE, LEAST) == []
+    if not is_column(page):
+        assert [box(page, one) for one in (CANVAS, "#candidates")] == places
+    page.page.evaluate("document.activeElement.blur()")
+    page.page.keyboard.press("Escape")
+    page.page.locator(STAGE).wait_for()
 
 
 @pytest.mark.parametrize("size", [LAPTOP, SIZES["phone"], SIZES["laptop at 200 %"]], ids=["laptop", "phone", "200 %"])
@@ -272,7 +288,7 @@ def test_a_row_is_taken_on_a_phone(page, resized):
     for cell in page.page.locator("#candidates tbody tr").first.locator("td").all():
         place = cell.bounding_box()
         assert 0 <= place["x"] <= place["x"] + place["width"] <= SIZES["phone"][0]
-    open_tool(page, "Log")
+    page.tab("Log")
     page.box("New session").fill("on a phone")
     page.rest()
     page.page.get_by_role("button", name="Start a new session").click()
@@ -378,7 +394,7 @@ def test_no_part_moves_when_a_tab_is_pressed_on_a_first_visit_and_after_each_rel
         for tool in tools(other):
             open_tool(other, tool)
             assert other.page.evaluate(PLACES) == before, tool
-        for tool in ("Log", "Detect"):
+        for tool in ("Source", "Detect"):
             open_tool(other, tool)
             other.page.wait_for_function("name => sessionStorage.getItem('dockpose tabs').includes(name)", arg=tool)
             other.page.reload()
@@ -388,7 +404,7 @@ def test_no_part_moves_when_a_tab_is_pressed_on_a_first_visit_and_after_each_rel
 
 
 def test_row_of_tabs_stays_in_sight_while_keys_go_through_what_a_tab_holds(page):
-    open_tool(page, "Log")
+    open_tool(page, "Source")
     tabs = page.page.locator(f"{RIGHT} [role=tablist]")
     before = tabs.bounding_box()
     tabs.locator("[aria-selected=true]").focus()

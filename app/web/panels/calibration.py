@@ -22,7 +22,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import LatestWorker, Progress
 from dockpose.app.state.camera import camera_file, with_calibrated_camera
 from dockpose.app.web.choices import Client
-from dockpose.app.web.html import small
+from dockpose.app.web.html import help_link, name_around, small
 from dockpose.app.web.page import Page
 from dockpose.app.web.widgets import Panel
 from dockpose.camera import mark
@@ -36,7 +36,7 @@ from dockpose.sources.boards import Looked, gather
 _BY_HAND = "you dropped it"
 _MOST = 200  # pictures, after which the oldest that were left out are forgotten
 _PICTURES = ".png,.jpg,.jpeg,.tif,.tiff,.bmp,.webp,"
-WIDTH_PX, _CARD_PX = 340, 150
+WIDTH_PX, _CARD_PX = 340, 240
 _SEEN_BGR = bgr(BLUE)
 _CELL = "width: 2.2em; height: 1.6em; text-align: center; border: 1px solid rgba(128,128,128,0.5)"
 
@@ -65,7 +65,7 @@ class CalibrationPanel(Panel):
         self._count = itertools.count(1)
         self._worker: LatestWorker[np.ndarray] = LatestWorker(self._watch_one, app.fail)
         app.closing.callback(self._worker.close)
-        self._area = area = self.gui.add_folder("Calibrate the camera", expand_by_default=False)
+        area = self.gui.add_folder(None)
         with area:
             self._add_controls()
         self.add_upload(area, "add", self._take, _PICTURES + ",".join(VIDEO_ENDINGS), waits=True)
@@ -77,6 +77,7 @@ class CalibrationPanel(Panel):
             self._worker.submit(analysis.view.image)
 
     def _add_controls(self) -> None:
+        self.gui.add_html(name_around("flowing"), order=0)
         self._squares = self.add("text", "squares", self._forget_quietly)
         self._side = self.add("number", "side", self._forget_quietly)
         self._medium = self.add("dropdown", "medium", options=MEDIA)
@@ -90,7 +91,11 @@ class CalibrationPanel(Panel):
         self._result = self.gui.add_html("", order=8)
         use = self.add("button", "use", self.changing(lambda view: with_calibrated_camera(view, self._camera())))
         self._of_camera = use, self.add_download("save", "camera.yaml", lambda view: camera_file(self._camera()))
+        self._boards = self.gui.add_folder("Pictures: a click drops one, and takes it back", order=9, visible=False)
+        with self._boards:
+            self.gui.add_html(name_around("boards"))
         self.add("button", "again", self.trying(self._clear))
+        self.gui.add_html(help_link("tank"), order=13)
 
     def _ready(self, greys: Iterable[np.ndarray] = ()) -> Gathering:
         """What is gathered, begun anew where the board has changed; where none is typed, pictures tell its size."""
@@ -141,8 +146,8 @@ class CalibrationPanel(Panel):
         drawn = picture_with_board(grey, found, self._gathering.board, self._gathering.counted_as, _CARD_PX)
         jpeg = mark.to_jpeg(cv2.cvtColor(drawn, cv2.COLOR_RGB2BGR))
         if name not in self._cards:
-            with self._area:
-                self._cards[name] = self.gui.add_html("", order=9 + 1e-6 * next(self._count)), ""
+            with self._boards:
+                self._cards[name] = self.gui.add_html(""), ""
         self._cards[name] = self._cards[name][0], base64.b64encode(jpeg).decode()
 
     def _show_gathered(self) -> None:
@@ -154,6 +159,7 @@ class CalibrationPanel(Panel):
     def _show_cards(self, views: Sequence[BoardView]) -> None:
         """Show what became of each picture on its card, and remove the cards of all others."""
         views_of, worst = {view.name: view for view in views}, max([view.error_px or 0 for view in views], default=0)
+        self._boards.visible = bool(views)
         for name, (handle, jpeg) in list(self._cards.items()):
             if name not in views_of:
                 handle.remove()

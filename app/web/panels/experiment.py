@@ -21,7 +21,7 @@ from dockpose.app.state.changes import with_measured
 from dockpose.app.state.view import View
 from dockpose.app.web.charts import ErrorCharts
 from dockpose.app.web.choices import Client, on_person
-from dockpose.app.web.html import small
+from dockpose.app.web.html import help_link, name_around, small
 from dockpose.app.web.page import Page
 from dockpose.app.web.panels import experiment_rows as log_rows
 from dockpose.app.web.server.viser_private import identity
@@ -90,6 +90,7 @@ class ExperimentPanel(Panel):
         self._fields.texts |= _texts_in(boxes)
 
     def _add_session(self) -> None:
+        self.gui.add_html(name_around("flowing"))
         self._words = self.gui.add_html("")
         names = NO_SESSION, *self._sessions.names()
         self._choice = self.add("dropdown", "choice", self.trying(self._open_chosen), options=names)
@@ -99,12 +100,12 @@ class ExperimentPanel(Panel):
 
     def _add_fields(self) -> None:
         with self.gui.add_folder("Measured by hand", expand_by_default=True):
+            self._fields = log_rows.MeasuredFields(self.gui)
             choose = self.trying(self._choose_row)
             self._target = self.add("dropdown", "target", choose, options=(target_name(None),))
-            self._fields = log_rows.MeasuredFields(self.gui)
             self._fields.on_update(self.app.choices, self._compare)
             ids = json.dumps({"target": identity(self._target), **self._fields.ids})
-            self.gui.add_html(f'<dockpose-measured boxes="{escape(ids)}"></dockpose-measured>')
+            self.gui.add_html(f'{name_around("measured")}<dockpose-measured boxes="{escape(ids)}"></dockpose-measured>')
             self._save_row = self.add("button", "save_row", self.trying(self._save_chosen))
             self._keep = self.add("checkbox", "keep")
 
@@ -120,6 +121,7 @@ class ExperimentPanel(Panel):
             name: self.add("button", f"save_{name}", self.trying(partial(self._save_corrected, name)))
             for name in ("dock", "camera")
         }
+        self.gui.add_html(help_link("log"))
         self.app.closing.callback(self._close_session)
 
     def _close_session(self) -> None:

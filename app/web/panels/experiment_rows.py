@@ -38,7 +38,7 @@ _TO_BEGIN = "To begin, take a frame: that starts a session called after the day.
 
 def texts_of(row: Row) -> Texts:
     """Contents of the boxes for a stored row."""
-    return measured_texts([getattr(row, name) for name in MEASURED_COLUMNS]) | {"notes": row.notes}
+    return {name: number_text(getattr(row, name)) for name in MEASURED_COLUMNS} | {"notes": row.notes}
 
 
 def pose_of(texts: Texts) -> dict[str, float | None] | None:
@@ -50,11 +50,6 @@ def pose_of(texts: Texts) -> dict[str, float | None] | None:
         except UserError:
             return None
     return numbers if any(number is not None for number in numbers.values()) else None
-
-
-def measured_texts(numbers: list[float | None]) -> Texts:
-    """Numbers, in the order of the columns, as people type them."""
-    return dict(zip(MEASURED_COLUMNS, map(number_text, numbers), strict=True))
 
 
 def values_of(texts: Texts) -> dict[str, Any]:
@@ -110,16 +105,13 @@ def session_table(rows: Sequence[Row], page: int) -> str:
     if not rows:
         return small("No frame was taken yet.")
     shown = rows_on_page(rows, page)
-    lines = [_summary_line(name, cells) for name, cells in summaries(rows).items()]
+    lines = []
+    for name, cells in summaries(rows).items():
+        columns, short = "".join(f'<td style="{_CELL}">{cell}</td>' for cell in cells), name.replace(" error", "")
+        lines.append(f'<tr data-summary="{short}" style="{_LINE}; font-weight: 600"><td>{short}</td>{columns}</tr>')
     lines += [_row_lines(row) for row in shown]
     words = f"{len(shown)} of {len(rows)} row{'' if len(rows) == 1 else 's'}, newest first. {_NOTE}"
     return html_table("experiment-rows", QUANTITIES, lines, words)
-
-
-def _summary_line(name: str, cells: Sequence[str]) -> str:
-    columns = "".join(f'<td style="{_CELL}">{cell}</td>' for cell in cells)
-    short = name.replace(" error", "")
-    return f'<tr data-summary="{short}" style="{_LINE}; font-weight: 600"><td>{short}</td>{columns}</tr>'
 
 
 def _row_lines(row: Row) -> str:
@@ -129,7 +121,7 @@ def _row_lines(row: Row) -> str:
     columns = ""
     for pair, error in zip(cells[:count], cells[count : 2 * count], strict=True):
         estimated, _, measured = pair.partition(" ")
-        below = f"<br>{measured}<br><b>{error}</b>" if measured else ""
+        below = f"<br> {measured}<br> <b>{error}</b>" if measured else ""
         columns += f'<td style="{_CELL}; white-space: nowrap">{estimated}{below}</td>'
     if row.status != "ok":
         notes = f"No pose: {status_words(row.status)}. {notes}"

@@ -41,7 +41,7 @@ def test_table_has_errors_and_their_mean_over_all_rows():
     rows = [changed(number=n, measured_z_cm=100.0 - n) for n in range(1, 13)]
     html = session_table(rows, 2)
     assert "2 of 12 rows" in html
-    assert "(98.00)<br><b>+2.00</b>" in html
+    assert "(98.00)<br> <b>+2.00</b>" in html
     assert "+6.50" in html  # the mean of 1 to 12
     assert "No frame was taken yet" in session_table([], 1)
 

@@ -2,22 +2,25 @@
 
 import argparse
 import contextlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from dockpose import Estimate, Settings
 from dockpose.app.commands.arguments import camera_of, dock_of, masks_of, turned
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
+from dockpose.app.commands.export import check_out, write_out
 from dockpose.app.commands.output import open_lines, write_line
 from dockpose.app.drawing.numbers import chance, number, pose_cells
-from dockpose.app.errors import UserError
-from dockpose.app.inputs.pictures import Batch, Picture, known
+from dockpose.app.errors import UserError, blaming
+from dockpose.app.inputs.pictures import Batch, Picture, known, take_labels
 from dockpose.app.inputs.sequences import FrameSource, resolve
 from dockpose.app.processing.comparison import compare
+from dockpose.app.processing.judged import HEAD, Judged, Known, judged, known_by_hand, summary
 from dockpose.files import FileError
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.sidecar import read_sidecar
+from dockpose.simulate import load_scene, truth_of
 from dockpose.sources import Kind, kind_of
 from dockpose.text import printable
 
@@ -31,7 +34,14 @@ def run(arguments: argparse.Namespace) -> int:
     live = next((source for source in arguments.sources if kind_of(source) in (Kind.CAMERA, Kind.STREAM)), None)
     if live is not None:
         raise UserError(f"{live}: does not end; compare takes pictures and recordings, and estimate --record makes one")
+    if arguments.out is not None:
+        check_out(arguments.out)
+    rows: list[Judged] = []
     parts = resolve(arguments.sources, camera, dock, say, topic=arguments.topic, rotate_deg=arguments.rotate)
+
+    if arguments.lights_at is not None:
+        with blaming("--lights-at "):
+            take_labels(parts, arguments.lights_at, say, snap=False)
 
     def work(picture: Picture) -> dict[str, Estimate]:
         return compare(picture.image, picture.camera, picture.dock, settings)
@@ -51,12 +61,40 @@ def run(arguments: argparse.Namespace) -> int:
             if isinstance(part, Batch):
                 for picture, found in part.run(work):
                     write(picture, found)
+                    if (known := _known(picture, arguments.rotate)) is not None:
+                        rows += judged(str(picture.path), found, known)
                 all_read &= part.left_out == 0
             elif part is not None:
                 all_read &= _compare_frames(
                     part, lambda one, frame: write(one, work(one), frame, f"frame_{frame + 1:04d}")
                 )
+    _write_judged(rows, arguments)
     return EXIT_ALL_READ if all_read else EXIT_SOME_UNREADABLE
+
+
+def _write_judged(rows: Sequence[Judged], arguments: argparse.Namespace) -> None:
+    """Print, or write, how the methods did on pictures whose lights are known."""
+    pictures = len({row.picture for row in rows})
+    if pictures > 1 and arguments.json is None:
+        put(*columns(f"{pictures} pictures whose lights are known", [HEAD, *summary(rows)]))
+    if arguments.out is not None and not rows:
+        raise UserError(f"--out {arguments.out}: of no picture the lights are known; set them in NAME.yaml (lights_px)")
+    if arguments.out is not None:
+        from dockpose.app.export.judged import judged_files  # what draws takes a while to import
+
+        write_out(judged_files(rows), arguments)
+
+
+def _known(picture: Picture, rotate_deg: int) -> Known | None:
+    """What is known of the lights of a picture: those set by hand, or those of the scene that it was rendered from."""
+    if picture.by_hand is not None:
+        return known_by_hand(picture.estimate(Settings()))
+    try:
+        truth = truth_of(load_scene(picture.path.with_suffix(".yaml")))
+    except (FileError, ValueError):
+        return None
+    pose = _truth(picture.path)
+    return None if rotate_deg else Known(truth.lights_px[truth.visible], pose)
 
 
 def _compare_frames(source: FrameSource, work: Callable[[Picture, int], None]) -> bool:
@@ -86,13 +124,20 @@ def to_line(picture: Picture, found: Mapping[str, Estimate], frame: int = 0) -> 
 
 def table(title: str, found: Mapping[str, Estimate], truth: KnownPose | None = None) -> str:
     """Return a table in plain text, a row a method, under a title; the last column says how far off, or why."""
-    rows = [(*_HEAD, ""), *(_cells(name, one, truth) for name, one in found.items())]
+    return "\n".join(columns(title, [(*_HEAD, ""), *(_cells(name, one, truth) for name, one in found.items())])) + "\n"
+
+
+def columns(title: str, rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return a title and lines of columns; the first of these, and one without a head, stands at the left."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lefts = [at == 0 or not head for at, head in enumerate(rows[0])]
     lines = [printable(title)]
-    for name, *cells, remark in rows:
-        numbers = (cell.rjust(width) for cell, width in zip(cells, widths[1:-1], strict=True))
-        lines.append("  ".join(("", name.ljust(widths[0]), *numbers, remark)).rstrip())
-    return "\n".join(lines) + "\n"
+    for row in rows:
+        cells = zip(row, widths, lefts, strict=True)
+        lines.append(
+            "  ".join(("", *(cell.ljust(wide) if left else cell.rjust(wide) for cell, wide, left in cells))).rstrip()
+        )
+    return lines
 
 
 def _cells(name: str, found: Estimate, truth: KnownPose | None) -> tuple[str, ...]:

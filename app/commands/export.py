@@ -3,17 +3,23 @@
 import argparse
 from collections.abc import Callable, Collection
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from dockpose import Camera, Dock
+from dockpose import Camera, Dock, Settings
 from dockpose.app.commands.arguments import camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
 from dockpose.app.drawing.annotated import DRAWN, LAYERS, check_layers
 from dockpose.app.errors import UserError, blaming, check_folder, writing
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.record import is_session, lacks
-from dockpose.app.inputs.pictures import camera_and_dock
+from dockpose.app.export.data import to_json
+from dockpose.app.inputs.pictures import Batch, camera_and_dock
 from dockpose.files import write_whole
+from dockpose.labels import labels_of
 from dockpose.sources.bags.storage import check_regular
+
+if TYPE_CHECKING:
+    from dockpose.app.export.bundle import Files
 
 _LINES_ENDINGS = (".jsonl", ".ndjson", ".json")
 KNOWN = {"layers": {"default": ",".join(DRAWN)}, "words": {"layers": ", ".join(LAYERS)}}
@@ -25,13 +31,25 @@ def run(arguments: argparse.Namespace) -> int:
     chosen = [layer.strip() for layer in arguments.layers.split(",") if layer.strip()]
     with blaming("--"):
         check_layers(chosen)
-    check_folder(out if not out.suffix or out.is_dir() else out.parent, f"--out {out}")
-    from dockpose.app.export.bundle import to_zip  # what draws takes a while to import
-
+    check_out(out)
     faults: list[str] = []
     files = _files(arguments.source, camera, dock, chosen, arguments.rotate, faults.append)
     for fault in faults:
         say(fault)
+    write_out(files, arguments)
+    return EXIT_SOME_UNREADABLE if faults else EXIT_ALL_READ
+
+
+def check_out(out: Path) -> None:
+    """Raise UserError where nothing can be written to what ``--out`` names."""
+    check_folder(out if not out.suffix or out.is_dir() else out.parent, f"--out {out}")
+
+
+def write_out(files: "Files", arguments: argparse.Namespace) -> None:
+    """Write all files into the folder or ZIP file that ``--out`` names, or the one of its ending."""
+    from dockpose.app.export.bundle import to_zip  # what draws takes a while to import
+
+    out = arguments.out
     if not out.suffix or out.is_dir():
         for name in files:
             arguments.protected.check(f"--out {out}: its {name}", out / name)
@@ -47,7 +65,6 @@ def run(arguments: argparse.Namespace) -> int:
             endings = sorted({Path(name).suffix for name in files} | {".zip"})
             raise UserError(f"--out {out}: of this source there is no {out.suffix}; there are {', '.join(endings)}")
         _write(out, files[name]())
-    return EXIT_SOME_UNREADABLE if faults else EXIT_ALL_READ
 
 
 def _files(
@@ -57,7 +74,7 @@ def _files(
     layers: Collection[str],
     rotate_deg: int,
     lack: Callable[[str], None],
-) -> dict[str, Callable[[], bytes]]:
+) -> "Files":
     from dockpose.app.export.bundle import picture_files, sequence_files, session_files
     from dockpose.app.processing.analysis import analyse
     from dockpose.app.state.view import open_source
@@ -72,7 +89,8 @@ def _files(
     if source.suffix.lower() in _LINES_ENDINGS:
         return sequence_files(source, lack)
     if source.is_dir():
-        raise UserError(f"{source}: is a folder, but not a session; it has no file session.yaml")
+        labels = to_json(_labels(source, camera, dock, rotate_deg, lack))
+        return {"labels.json": lambda: labels}
     check_regular(str(source))
     if source.is_file():  # else it is reported when it is opened
         camera, dock = camera_and_dock(source, camera, dock)
@@ -82,6 +100,15 @@ def _files(
     if "truth" in layers and view.truth is None:
         lack(f"{source}: no truth is known of it, so that none is drawn")
     return picture_files(analyse(view), layers=layers, sha256=view.sha256)
+
+
+def _labels(
+    folder: Path, camera: Camera | None, dock: Dock | None, rotate_deg: int, lack: Callable[[str], None]
+) -> dict[str, Any]:
+    """The lights found in each picture of a folder, or set there by hand, as COCO's keypoints."""
+    batch = Batch([str(folder)], camera, dock, lack, rotate_deg)
+    found = batch.run(lambda picture: picture.estimate(Settings()))
+    return labels_of((picture.path.name, one) for picture, one in found)
 
 
 def _write(path: Path, content: bytes) -> None:

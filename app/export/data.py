@@ -165,9 +165,9 @@ def csv_table(rows: Sequence[Row]) -> str:
     for row in rows:
         triples = zip(row.estimated, row.measured, row.errors, strict=True)
         lines.append(
-            [row.number, row.time, _no_formula(row.source), row.status, row.probability, _rounded(row.range_cm)]
+            [row.number, row.time, no_formula(row.source), row.status, row.probability, _rounded(row.range_cm)]
             + [_rounded(value) for triple in triples for value in triple]
-            + [_no_formula(row.notes)]
+            + [no_formula(row.notes)]
         )
     return csv_text(lines)
 
@@ -180,9 +180,9 @@ def latex_table(rows: Sequence[Row]) -> str:
         "% estimated (measured); needs \\usepackage{longtable}, and XeLaTeX or LuaLaTeX where notes have Greek",
         r"\begin{longtable}{rrrrrrp{0.2\textwidth}}",
         rf"\hline {head} \\ \hline \endhead",
-        *(_latex_line(cells) for cells in content.body),
+        *(latex_line(cells) for cells in content.body),
         r"\hline",
-        *(_latex_line(cells) for cells in content.foot),
+        *(latex_line(cells) for cells in content.foot),
         r"\hline",
         r"\end{longtable}",
     ]
@@ -193,11 +193,13 @@ def _rounded(value: float | None) -> float | None:
     return None if value is None else round(value, 6)
 
 
-def _no_formula(text: str) -> str:
+def no_formula(text: str) -> str:
+    """Return text that no spreadsheet takes for a formula."""
     return f"'{text}" if _FORMULA.match(text) else text
 
 
-def _latex_line(cells: Sequence[str]) -> str:
+def latex_line(cells: Sequence[str]) -> str:
+    """Return a row of a table, its cells printed as they are."""
     return " & ".join(to_latex(cell) for cell in cells) + r" \\"
 
 

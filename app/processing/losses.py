@@ -84,10 +84,10 @@ def losses(found: Mapping[str, Estimate], best: Estimate, scene: Scene | None = 
         return {}
     else:
         lights_px = best.markers.points_px[best.ring.on_ring]
-    return {name: _lost(one, lights_px) for name, one in found.items()}
+    return {name: lost_of(one, lights_px) for name, one in found.items()}
 
 
-def _lost(found: Estimate, lights_px: np.ndarray) -> Losses:
+def lost_of(found: Estimate, lights_px: np.ndarray) -> Losses:
     """What is lost of lights (N, 2): each belongs to the nearest group that reaches as far as its middle."""
     lights = len(lights_px)
     if found.markers is None or not len(found.markers):

@@ -29,7 +29,15 @@ def literal_hats(histogram: Histogram) -> int:
     return int(candidates[counts == elected][0])
 
 
-RIVALS = ("otsu", "sezan", "kittler", "kapur")
+# As the paper calls them in its Figure 15.
+NAMES = {
+    "hats": "HATS",
+    "otsu": "Otsu",
+    "sezan": "Sezan",
+    "kittler": "Kittler-Illingworth",
+    "kapur": "maximum entropy",
+}
+RIVALS = tuple(NAMES)[1:]
 PER_LIGHT = "hats, then hats_local"
 ANY_LEVEL = "best single level"
 LITERAL, OURS = "literal", "ours"

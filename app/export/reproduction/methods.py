@@ -13,19 +13,12 @@ from dockpose.app.processing.comparison import compare
 from dockpose.estimate import Estimate
 from dockpose.paper import rivals
 from dockpose.paper.levels import Picture
-from dockpose.paper.rivals import ANY_LEVEL, COLUMNS, LITERAL, OURS, PER_LIGHT, Tally
+from dockpose.paper.rivals import ANY_LEVEL, COLUMNS, LITERAL, NAMES, OURS, PER_LIGHT, Tally
 from dockpose.paper.scenes import tank_scenes
 from dockpose.study.judge import is_right
 from dockpose.study.statistics import Difference, Share, paired_difference, share_of
 from matplotlib.figure import Figure
 
-NAMES = {
-    "hats": "HATS",
-    "otsu": "Otsu",
-    "sezan": "Sezan",
-    "kittler": "Kittler-Illingworth",
-    "kapur": "maximum entropy",
-}
 # Each of ``COLUMNS`` in words.
 _WORDS = {
     "exact": "the groups are exactly the lights",

@@ -110,3 +110,29 @@ def test_the_samples_with_text_and_haze_are_solved_by_hats_alone(capsys):
     rows = [row for row in capsys.readouterr().out.splitlines() if row.startswith("  hats ")]
     assert len(rows) == 3
     assert all("right: off by" in row for row in rows)
+
+
+def test_pictures_whose_lights_are_known_make_one_table_of_all_methods(tank, capsys, tmp_path):
+    image, truth = render(random_scene(1))
+    lights = truth.lights_px[truth.visible]
+    for name, shift in (("one", 0), ("two", 1)):
+        cv2.imwrite(str(tank / f"{name}.png"), np.roll(image, shift, axis=1))
+        places = [[float(x) + shift, float(y)] for x, y in lights]
+        (tank / f"{name}.yaml").write_text(json.dumps({"lights_px": places, "snap": True}))
+    assert main(["compare", "one.png", "two.png", "dark.png", *DOCK_OPTIONS, "--out", str(tmp_path / "out")]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    at = lines.index("2 pictures whose lights are known")
+    assert lines[at + 2].split()[:5] == ["HATS", "2", str(2 * len(lights)), "of", str(2 * len(lights))]
+    assert lines[at + 2].split()[7:] == ["2", "2", "2", "0.0", "0.0"]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        f"methods.{end}" for end in ("csv", "png", "svg", "tex")
+    ]
+
+
+def test_labels_of_many_pictures_are_taken_and_a_table_without_known_lights_is_refused(tank, capsys):
+    assert main(["compare", "dark.png", *DOCK_OPTIONS, "--out", "table.csv"]) == 2
+    assert "of no picture the lights are known" in capsys.readouterr().err
+    labels = {"images": [{"id": 1, "file_name": "other.png"}], "annotations": [{"image_id": 1, "keypoints": [5, 5, 2]}]}
+    (tank / "labels.json").write_text(json.dumps(labels))
+    assert main(["compare", "dark.png", *DOCK_OPTIONS, "--lights-at", "labels.json"]) == 2
+    assert "has the lights of no picture here; the first that it names is other.png" in capsys.readouterr().err

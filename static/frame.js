@@ -5,7 +5,8 @@ import { follow, publish } from "./link.js";
 
 const pages = new Map(); // the newest page for each picture that is still to come or shown, by the picture's serial
 let [decoded, next, isDecoding] = [null, null, false];
-let isHidden = false; // the 3D view
+let [isHidden, unhiding] = [false, null]; // the 3D view, and when it is shown again
+const DRAWN_MS = 600; // it takes without a graphics card to draw what it was sent
 let isDue = false; // when the browser draws next
 
 // Decode the newest picture; those that come meanwhile wait, and of them only the newest is decoded.
@@ -50,8 +51,12 @@ function show() {
   const page = pages.get(decoded.serial);
   if (page === undefined) return;
   publish("frame", { ...page, picture: decoded });
-  if (page.hidesScene !== isHidden) document.documentElement.toggleAttribute("data-hides-scene", page.hidesScene);
+  if (page.hidesScene === isHidden) return;
   isHidden = page.hidesScene;
+  clearTimeout(unhiding);
+  const toggle = () => document.documentElement.toggleAttribute("data-hides-scene", isHidden);
+  if (isHidden) toggle();
+  else unhiding = setTimeout(toggle, DRAWN_MS);
 }
 
 // <dockpose-live name="...">: words of a frame, as HTML that the program made and escaped.

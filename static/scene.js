@@ -1,16 +1,12 @@
-// The 3D scene as a light drawing, in place of viser's while frames are played without a graphics card: the camera, its
-// picture plane and the docks, from the same side as "Fit" and ten times a second at most.
+// The 3D scene as a light drawing, in place of viser's while it changes without a graphics card: the camera, its picture
+// plane, the docks and their labels, from where viser's scene is looked at, and ten times a second at most while playing.
 "use strict";
 import { follow, make, makeSvg } from "./link.js";
 
 const EVERY_MS = 100;
-const PLANE_AT = 0.3; // of the way to the farthest dock
 const CORNERS = 32;
 const [HOLE, NORMAL] = [0.62, 1.3]; // of a dock, in radii
-const EYE = unit([0.8, -0.42, -0.6]); // from the scene to the eye, in the camera's frame: y points down
-const RIGHT = unit(cross([0, -1, 0], EYE));
-const UP = cross(EYE, RIGHT);
-const MARGIN = { side: 24, top: 52, bottom: 24 }; // in pixels; buttons lie along the upper edge
+const LETTER_PX = 12;
 
 function unit(one) {
   const length = Math.hypot(...one);
@@ -21,14 +17,13 @@ function cross([a, b, c], [d, e, f]) {
 }
 const dot = (one, other) => one.reduce((sum, part, index) => sum + part * other[index], 0);
 const plus = (one, other, times = 1) => one.map((part, index) => part + times * other[index]);
-const seen = (point) => [dot(point, RIGHT), -dot(point, UP)];
 
 class Scene extends HTMLElement {
   connectedCallback() {
     if (this.svg !== undefined) return;
     this.svg = makeSvg("svg", { role: "img", "aria-label": "camera and docks from the side" });
     this.append(this.svg);
-    [this.drawnAt, this.course, this.box] = [0, null, null];
+    this.drawnAt = 0;
     new ResizeObserver(() => this.draw()).observe(this);
   }
 
@@ -37,70 +32,84 @@ class Scene extends HTMLElement {
     clearTimeout(this.waiting);
     if (!frame.hidesScene) return;
     if (this.parentElement !== viserPage.sceneBox()) viserPage.sceneBox().append(this);
-    const rest = EVERY_MS - (performance.now() - this.drawnAt);
+    const rest = frame.isPlaying ? EVERY_MS - (performance.now() - this.drawnAt) : 0;
     if (rest <= 0) this.draw();
     else this.waiting = setTimeout(() => this.draw(), rest);
   }
 
   draw() {
     const [wide, high] = [this.clientWidth, this.clientHeight];
-    if (wide === 0 || high === 0) return;
+    const { overlay, scene, picture } = this.frame ?? {};
+    if (wide === 0 || high === 0 || !scene || viserPage.eye === undefined) return;
     this.drawnAt = performance.now();
-    const { overlay, timeline } = this.frame;
-    if (timeline.course !== this.course) [this.course, this.box] = [timeline.course, null];
-    const docks = [...overlay.poses].reverse().map((pose) => ({ ...pose, ...this.dock(pose, overlay.dockRadius) }));
-    const depth = Math.max(...docks.map((dock) => dock.at[2]), this.depth ?? 0, 0.1);
-    if (docks.length > 0) this.depth = Math.max(...docks.map((dock) => dock.at[2]));
-    const plane = overlay.plane.map((corner) => corner.map((part) => part * PLANE_AT * depth));
-    this.widen([[0, 0, 0], ...plane, ...docks.flatMap((dock) => [...dock.rim, dock.tip])].map(seen));
-    const place = this.placed(wide, high);
-    const path = (points, isClosed) => `M${points.map((point) => place(seen(point)).map((one) => one.toFixed(1)).join(" ")).join("L")}${isClosed ? "Z" : ""}`;
-    const edges = plane.map((corner) => path([[0, 0, 0], corner])).join("");
+    const place = placing(viserPage.eye, wide, high);
+    const path = (points, isClosed) => `M${points.map((point) => place(point).map((one) => one.toFixed(1)).join(" ")).join("L")}${isClosed ? "Z" : ""}`;
+    const shape = (look, ...lines) => makeSvg("path", { d: lines.join(""), class: look });
+    const { plane } = scene;
+    const [across, down] = [1, 3].map((corner) => plus(plane[corner], plane[0], -1));
+    const lights = overlay.groups.filter((one) => one.onRing)
+      .map(({ at: [x, y] }) => plus(plus(plane[0], across, (x + 0.5) / picture.width), down, (y + 0.5) / picture.height));
+    const docks = overlay.poses.map((pose) => ({ ...pose, ...dockOf(pose.place, overlay.dockRadius, scene.shift) }));
+    docks.sort((one, other) => one.chosen - other.chosen);
     this.svg.replaceChildren(
-      makeSvg("path", { d: path(plane, true), class: "plane" }), makeSvg("path", { d: edges, class: "edges" }),
-      ...docks.filter((dock) => dock.chosen).map((dock) => makeSvg("path", { d: path([[0, 0, 0], dock.at]), class: "aim" })),
+      shape("plane", path(plane, true)), shape("edges", ...plane.map((corner) => path([[0, 0, 0], corner])), ...scene.marks.map((ends) => path(ends))),
+      ...(lights.length > 2 ? [shape("ring", path(lights, true))] : []), ...lights.map((light) => {
+        const [x, y] = place(light);
+        return makeSvg("circle", { cx: x, cy: y, r: 1.5, class: "spot" });
+      }),
+      shape("rays", ...scene.rays.map((ends) => path(ends))), shape("way", ...scene.path.map((ends) => path(ends))),
+      shape("known", ...scene.known.map((rim) => path(rim, true))),
       ...docks.flatMap((dock) => {
         const name = `pose-${dock.name.toLowerCase()} ${dock.chosen ? "chosen" : "other"}`;
-        const side = dot(dock.normal3, EYE) > 0 ? "face" : "back";
-        const [x, y] = place(seen(dock.tip));
-        const letter = makeSvg("text", { x: x + 6, y: y + 4 });
-        letter.textContent = dock.name;
-        return [
-          makeSvg("path", { d: path(dock.rim, true) + path(dock.hole, true), class: `disc ${side} ${name}` }),
-          makeSvg("path", { d: path([dock.at, dock.tip]), class: `arrow ${name}` }), makeSvg("circle", { cx: x, cy: y, r: 3, class: `tip ${name}` }), letter,
-        ];
+        const side = dot(dock.normal3, plus(viserPage.eye.position, dock.at, -1)) > 0 ? "face" : "back";
+        const [x, y] = place(dock.tip);
+        return [shape(`disc ${side} ${name}`, path(dock.rim, true), path(dock.hole, true)), shape(`arrow ${name}`, path([dock.at, dock.tip])),
+          makeSvg("circle", { cx: x, cy: y, r: 3, class: `tip ${name}` })];
+      }),
+      ...scene.labels.map(([name, words, anchor, ...at]) => {
+        const [x, y] = place(at);
+        const [above, beside] = anchor.split("-");
+        const text = makeSvg("text", { x, y: y + { bottom: -5, center: LETTER_PX / 3, top: LETTER_PX + 3 }[above], class: `pose-${name.toLowerCase()}` });
+        text.setAttribute("text-anchor", { left: "start", center: "middle", right: "end" }[beside]);
+        text.textContent = words;
+        return text;
       }),
     );
+    this.dataset.drawn = String(Number(this.dataset.drawn ?? 0) + 1);
   }
+}
 
-  // The corners of a dock's rim and hole, and where its arrow ends.
-  dock({ place }, radius) {
-    const [at, normal3] = [place.slice(0, 3), place.slice(3)];
-    const across = unit(cross(Math.abs(normal3[1]) < 0.9 ? [0, 1, 0] : [1, 0, 0], normal3));
-    const along = cross(normal3, across);
-    const ring = (size) => Array.from({ length: CORNERS }, (_, index) => {
-      const angle = (2 * Math.PI * index) / CORNERS;
-      return plus(plus(at, across, size * Math.cos(angle)), along, size * Math.sin(angle));
-    });
-    return { at, normal3, rim: ring(radius), hole: ring(HOLE * radius), tip: plus(at, normal3, NORMAL * radius) };
-  }
+// A function from a point in metres to its pixels, as viser's eye sees it: by a pinhole whose y points down.
+function placing({ position, wxyz: [w, x, y, z], fov }, wide, high) {
+  const axes = [
+    [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)],
+    [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)],
+    [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)],
+  ];
+  const scale = high / 2 / Math.tan(fov / 2);
+  return (point) => {
+    const [right, down, ahead] = axes.map((axis) => dot(axis, plus(point, position, -1)));
+    const times = scale / Math.max(ahead, 1e-3);
+    return [wide / 2 + times * right, high / 2 + times * down];
+  };
+}
 
-  // All that was seen of this course stays in sight, so that the dock moves and not the view.
-  widen(points) {
-    const [xs, ys] = [0, 1].map((part) => points.map((point) => point[part]));
-    const [left, top, right, bottom] = this.box ?? [Infinity, Infinity, -Infinity, -Infinity];
-    this.box = [Math.min(left, ...xs), Math.min(top, ...ys), Math.max(right, ...xs), Math.max(bottom, ...ys)];
-  }
-
-  placed(wide, high) {
-    const [left, top, right, bottom] = this.box;
-    const [width, height] = [wide - 2 * MARGIN.side, high - MARGIN.top - MARGIN.bottom];
-    const scale = Math.max(1e-6, Math.min(width / (right - left), height / (bottom - top)));
-    const [x0, y0] = [(wide - scale * (right - left)) / 2, MARGIN.top + (height - scale * (bottom - top)) / 2];
-    return ([x, y]) => [x0 + scale * (x - left), y0 + scale * (y - top)];
-  }
+// The corners of a dock's rim and hole, and where its arrow ends.
+function dockOf(place, radius, shift) {
+  const [at, normal3] = [plus(place.slice(0, 3), shift), place.slice(3)];
+  const across = unit(cross(Math.abs(normal3[1]) < 0.9 ? [0, 1, 0] : [1, 0, 0], normal3));
+  const along = cross(normal3, across);
+  const ring = (size) => Array.from({ length: CORNERS }, (_, index) => {
+    const angle = (2 * Math.PI * index) / CORNERS;
+    return plus(plus(at, across, size * Math.cos(angle)), along, size * Math.sin(angle));
+  });
+  return { at, normal3, rim: ring(radius), hole: ring(HOLE * radius), tip: plus(at, normal3, NORMAL * radius) };
 }
 
 customElements.define("dockpose-scene", Scene);
 const scene = make("dockpose-scene");
 follow("frame", (frame) => scene.take(frame));
+viserPage.takeEye = (eye) => {
+  viserPage.eye = eye;
+  if (scene.offsetParent !== null) scene.draw();
+};

@@ -27,6 +27,7 @@ Worker.prototype.postMessage = function (message, ...rest) {
       else if (data.type === "closed") viserPage.refused += 1;
     });
   }
+  if (message?.message?.type === "ViewerCameraMessage") viserPage.takeEye(message.message);
   if (message?.type !== "retry" || viserPage.mayConnect) post.call(this, message, ...rest);
 };
 
@@ -39,6 +40,7 @@ const BOARD_UPLOAD = "input[type=file][accept^='.png']"; // of pictures to calib
 const viserPage = {
   mayConnect: true, // whether viser tries to connect again
   refused: 0, // times in a row that it tried in vain
+  takeEye: (eye) => (viserPage.eye = eye), // from where the 3D scene is looked at, as it tells the program
 
   // Tabs. viser opens one when it is pressed, and drags it where the pointer moves; a plain click does nothing.
   tabs: () => [...document.querySelectorAll(TAB)],

@@ -18,6 +18,7 @@ from dockpose.lights.by_hand import ByHand
 from dockpose.sources import Frame
 from dockpose.tracking.tracker import Tracked
 
+_MOST_ON_PATH = 600  # frames
 MOST_POINTS = 20_000  # beyond which the oldest are dropped; a live source may run for hours
 COLUMNS = ("time_s", *SI_COLUMNS, "eccentricity", "probability", "lost")
 _NOMINAL_HZ = 10.0  # of frames without times
@@ -68,10 +69,13 @@ class Trajectory:
         starts = np.arange(0, len(rows), step)
         return np.array([max(rows[start : start + step], key=lambda row: row[lost]) for start in starts])
 
-    def path_m(self, at_most: int) -> np.ndarray:
-        """Positions (N, 3) of the dock's centre, in the camera's frame, where it was seen."""
-        table = self.table(at_most)
-        return table[~np.isnan(table[:, 1]) & (table[:, COLUMNS.index("lost")] == 0), 1:4]
+    def path_m(self, last: int, seconds: float) -> np.ndarray:
+        """Positions (N, 3) of the dock's centre, in the camera's frame, where it was seen so long before a frame."""
+        since_s, lost = self._rows[last][0] - seconds, COLUMNS.index("lost")
+        known = (row for _, row in self.rows(max(0, last - _MOST_ON_PATH), last) if row[0] >= since_s)
+        return np.array([row for row in known if not (row[lost] or math.isnan(row[1]))]).reshape(-1, len(COLUMNS))[
+            :, 1:4
+        ]
 
 
 @dataclass(frozen=True, eq=False)

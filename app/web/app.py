@@ -15,6 +15,7 @@ from dockpose.app.web.panels.guidance import GuidancePanel
 from dockpose.app.web.panels.picture import StripPanel
 from dockpose.app.web.panels.play import SequencePanel
 from dockpose.app.web.panels.settings import SettingsPanel
+from dockpose.app.web.scene.drawing import drawing_of
 from dockpose.app.web.server.journal import LOG
 from dockpose.app.web.server.looks import Looks, UpdatePacing
 from dockpose.app.web.server.options import DEFAULTS, Options
@@ -41,7 +42,7 @@ class App(Page, contextlib.AbstractContextManager["App"]):
         super().__init__(source, camera, dock, host, port, options)
         self._shown = view = self._view
         self._uploads = Uploads(options.upload_limit_bytes, self.kept.make_room)
-        self._is_warm = False
+        self._is_warm = self._is_hidden = False  # the 3D scene, behind its light drawing
         self._looks = Looks(self.server, self._guard, lambda *look: self._layout.of(SettingsPanel).follow(*look))
         self._pacing = pacing = UpdatePacing(lambda: bool(self._looks.slow), lambda: self.is_playing)
         if options.autopilot is not None:
@@ -150,10 +151,10 @@ class App(Page, contextlib.AbstractContextManager["App"]):
         """Show a result, of a frame all of it in one update, so that nothing on the page is ever of another frame."""
         _ = analysis.trust  # which is judged when first asked for, and what is sent must not wait for
         self._shown, self._current = analysis.view, analysis
-        is_frame = analysis.tracked_frame is not None
-        is_hidden = is_frame and self._pacing.hides_scene()
+        is_frame, is_hidden = analysis.tracked_frame is not None, self._pacing.draws_slowly()  # while it changes
         with self.live.held, self.server.atomic() if is_frame else contextlib.nullcontext():
-            self.live.put(hidesScene=is_hidden)
+            self._is_hidden = is_hidden
+            self.live.put(hidesScene=is_hidden, scene=drawing_of(analysis).numbers() if is_hidden else None)
             for panel in self.panels[: self._layout.until_sent]:
                 panel.show(analysis)
             self.live.show(analysis)
@@ -163,10 +164,15 @@ class App(Page, contextlib.AbstractContextManager["App"]):
                 self._draw(analysis)
         if is_frame:
             self.server.flush()
-        else:
+        if not (self.is_playing if is_hidden else is_frame):
             self._scene_worker.submit(analysis)  # the 3D scene follows when it has rested
 
     def _draw(self, analysis: Analysis) -> None:
         with self._drawing:
             if analysis is self._current:
                 self.scene.show(analysis)
+        with self.live.held:
+            if self._is_hidden and analysis is self._current:
+                self._is_hidden = False
+                self.live.put(hidesScene=False)
+                self.live.send()

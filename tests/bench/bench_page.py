@@ -24,7 +24,7 @@ TIMES_BARE = 1.25  # at most so many times what the bare page takes
 RATE_HZ, PLAYED_FRAMES = 30, 240
 RATE_SHARE, LEAST_HZ = 0.95, 25.0  # of 30 frames/s, or of the bare page's rate where that is less; and in any case
 LEAST_FILM_HZ = 28.0  # of a film of a photographed ring
-SLIDER_MS = 100.0  # from a slider to what follows it
+SLIDER_MS, DOCKS_MS = 100.0, 150.0  # from a slider to what follows it, and to both docks in 3D
 FIRST_PAGE_S = 2.5
 MEMORY_S = 600.0  # how long sliders move while memory is watched
 WARM_UP = 0.4  # of that time, in which caches still fill
@@ -96,7 +96,6 @@ class Served:
         # Python keeps what it compiled of the program, as it does for users, but beside the tests.
         kept = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(settings_folder.parent / "bytecode")}
         environment = os.environ | {"XDG_CONFIG_HOME": str(settings_folder)} | kept
-        self.began = time.perf_counter()
         ours = ["-m", "dockpose.app.cli", "serve", "--port", "0"]
         command = [sys.executable, *(["-c", _BARE] if bare else ours), *arguments]
         self.process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
@@ -255,8 +254,7 @@ def test_slider_to_overlay_at_1280_x_720(browser, serve, large):
         assert slow <= TIMES_BARE * bare_slow
 
 
-# When a slider was moved, and when overlay, table and docks were seen to have changed, in the page's own clock; docks
-# by the matrices with which the 3D scene is drawn.
+# When a slider was moved, and when overlay, table and both docks were seen to have changed, in the page's own clock.
 _WATCH_ALL = """
 () => {
   window.seen = { moved: [], overlay: [], table: [], docks: [] };
@@ -266,18 +264,9 @@ _WATCH_ALL = """
   new MutationObserver(() => after("overlay")).observe(picture, { attributeFilter: ["data-drawn"] });
   const table = document.querySelector("dockpose-live[name=candidates]");
   new MutationObserver(() => after("table")).observe(table, { childList: true });
-  let [sum, last] = [0, 0];
-  const real = WebGL2RenderingContext.prototype.uniformMatrix4fv;
-  WebGL2RenderingContext.prototype.uniformMatrix4fv = function (place, transposed, values, ...rest) {
-    for (let index = 0; index < 16; index += 1) sum += (index + 1) * values[index];
-    return real.call(this, place, transposed, values, ...rest);
-  };
-  const frame = () => {
-    if (sum !== 0 && Math.abs(sum - last) > 1e-9) seen.docks.push(performance.now());
-    if (sum !== 0) [last, sum] = [sum, 0];
-    requestAnimationFrame(frame);
-  };
-  requestAnimationFrame(frame);
+  const hasBoth = ({ target }) => target.querySelectorAll(".disc").length === 2;
+  new MutationObserver((changes) => changes.some(hasBoth) && after("docks"))
+    .observe(viserPage.sceneBox(), { subtree: true, attributeFilter: ["data-drawn"] });
 }
 """
 
@@ -290,7 +279,7 @@ def first_after(moved: np.ndarray, times: np.ndarray) -> np.ndarray:
 
 
 def test_slider_to_overlay_and_table_at_640_x_480(browser, serve, tmp_path):
-    """Drawing fx and the diameter, beside a bare page; the docks follow at rest where nothing draws them fast."""
+    """Drawing fx and the diameter, beside a bare page; the docks in 3D by their light drawing."""
     picture, known = rendered(tmp_path, 640, 480)
     cv2.imwrite(str(tmp_path / "small.png"), picture)
     with bare_page(browser, serve("640", "480", "30", "1", bare=True)) as page:
@@ -307,10 +296,10 @@ def test_slider_to_overlay_and_table_at_640_x_480(browser, serve, tmp_path):
             delays = [first_after(moved, seen[kind]) for kind in ("overlay", "table")]
             both = np.maximum(*delays)
             median, _ = tell(f"{label}: overlay and table", both[~np.isnan(both)], MOVES)
-            docks = seen["docks"][seen["docks"] > moved[-1]][:1] - moved[-1]
-            print(f"{label}: docks drawn {', '.join(f'{one:.0f}' for one in docks)} ms after the last move")
-            assert np.isnan(both).sum() <= 0.1 * MOVES
-            assert len(docks) == 1
+            docks = first_after(moved, seen["docks"])
+            docks_median, _ = tell(f"{label}: both docks in 3D", docks[~np.isnan(docks)], MOVES)
+            assert max(np.isnan(both).sum(), np.isnan(docks).sum()) <= 0.1 * MOVES
+            assert docks_median <= DOCKS_MS
             assert median <= SLIDER_MS
             if label == "Diameter (cm)":  # with an fx far from its own the picture is searched in more ways
                 assert median <= TIMES_BARE * bare
@@ -366,16 +355,32 @@ def test_playing_a_film_of_a_photographed_ring(browser, serve, tmp_path):
     assert min(rates.values()) >= LEAST_FILM_HZ
 
 
+# When the poses' table was first on the page, in seconds since 1970.
+_WATCH_FIRST = """
+new MutationObserver((changes, watch) => {
+  if (document.querySelector("#candidates tbody tr td") === null) return;
+  window.first = (performance.timeOrigin + performance.now()) / 1000;
+  watch.disconnect();
+}).observe(document, { childList: true, subtree: true });
+"""
+
+
 def test_first_page_with_a_result(browser, serve):
-    times = []
+    """From the command, and from when the address was asked for."""
+    times, shown = [], []
     for _ in range(3):
+        began = time.time()
         served = serve()
         page = browser.new_page(viewport={"width": 1366, "height": 768})
+        page.add_init_script(_WATCH_FIRST)
         page.goto(served.address)
         page.locator("#candidates tbody tr td").first.wait_for()
-        times.append(time.perf_counter() - served.began)
+        first, asked = page.evaluate("[window.first, performance.timeOrigin / 1000]")
+        times.append(first - began)
+        shown.append(first - asked)
         page.close()
     print(f"\ncommand to first result       | {', '.join(f'{one:.2f}' for one in times)} s (asked {FIRST_PAGE_S:.1f})")
+    print(f"navigation to first result    | {', '.join(f'{one:.2f}' for one in shown)} s")
     assert min(times[1:]) <= FIRST_PAGE_S
 
 

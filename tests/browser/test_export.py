@@ -90,6 +90,9 @@ def test_saved_3d_page_draws_both_docks(page, browser, tmp_path):
 
         for colour in POSE_COLOURS:  # some hundred pixels each, where the page is drawn; no control has them
             page.until(lambda: pixels_of(colour) > 20)  # noqa: B023
+        notice = alone.locator("#webgl-software-rendering")  # that it is drawn without a graphics card
+        notice.wait_for(state="attached")
+        assert notice.is_hidden()
 
 
 def test_layers_are_drawn_as_over_the_picture_of_that_browser(page):

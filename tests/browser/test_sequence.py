@@ -53,7 +53,7 @@ def test_course_plays_pauses_and_is_drawn_on_the_time_line(sequence):
 
 def test_light_drawing_stands_for_the_3d_view_while_playing_without_a_graphics_card(sequence):
     drawing = sequence.page.locator("dockpose-scene")
-    assert drawing.is_hidden()
+    drawing.wait_for(state="hidden")
     sequence.press("Play")
     sequence.until(lambda: drawing.is_visible() and drawing.locator(".disc").count() == 2)
     pane, *parts = drawing.evaluate(

@@ -8,7 +8,7 @@ from typing import Any
 import cv2
 import msgspec
 import numpy as np
-from dockpose import Camera, Estimate
+from dockpose import Estimate
 from dockpose.app.drawing import colours
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import length_words
@@ -149,19 +149,11 @@ def pose_numbers(analysis: Analysis) -> dict[str, Any]:
         "extra": _points(geometry.extra_seen(found)[0]),
         "poses": [_pose(*named, found) for named in zip(POSE_NAMES, found.candidates, strict=False)],
         "dockRadius": found.dock.radius,
-        "plane": _plane(found.camera),
         "masks": [list(mask) for mask in found.settings.masks],
         "byHand": None if found.by_hand is None else msgspec.to_builtins(found.by_hand),
         "cmPerPx": None if bar is None else 100 * bar[0] / bar[1],
         "scale": None if bar is None else {"words": length_words(bar[0]), "px": bar[1]},
     }
-
-
-def _plane(camera: Camera) -> list[list[float]]:
-    """The corners of the picture plane a metre ahead of the camera, in metres."""
-    left, right = -camera.cx / camera.fx, (camera.width - camera.cx) / camera.fx
-    top, bottom = -camera.cy / camera.fy, (camera.height - camera.cy) / camera.fy
-    return [[left, top, 1.0], [right, top, 1.0], [right, bottom, 1.0], [left, bottom, 1.0]]
 
 
 def truth_numbers(analysis: Analysis) -> dict[str, Any]:

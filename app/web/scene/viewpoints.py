@@ -1,6 +1,5 @@
 """Two viewpoints, on the docks alone and with the camera; who has not turned the scene is kept at one of them."""
 
-import itertools
 import math
 from dataclasses import dataclass
 
@@ -8,25 +7,11 @@ import numpy as np
 import viser
 
 OVERVIEW, CLOSE_UP = NAMES = "Fit", "Dock close-up"
-_DIRECTIONS = {OVERVIEW: (0.8, -0.42, -0.6), CLOSE_UP: (0.45, -0.35, -0.85)}  # to the eye; the camera's y points down
+_DIRECTIONS = {OVERVIEW: (0.8, -0.2, -0.6), CLOSE_UP: (0.45, -0.35, -0.85)}  # to the eye; the camera's y points down
 FOV_RAD = math.radians(50)
-_ASPECT = 1.9  # width to height of the 3D view on a small laptop
-_SIDEWAYS, _DOWN = 0.77, 0.85  # of half the view, for what is shown: labels need the rest
-_LEAST_UP, _MOST_UP, _BUTTONS = 0.4, 0.8, 0.22  # and buttons, which take more of a low one
+_ASPECT = 1.7  # width to height of the 3D view on a small laptop
+_SIDEWAYS, _DOWN, _UP = 0.8, 0.85, 0.7  # of half the view, for what is shown: labels and buttons need the rest
 _MOVED, _DUE = 0.01, 0.1  # of the distance to what is looked at: less is rounding; from here on the view is set anew
-
-
-@dataclass(frozen=True)
-class Extent:
-    """A box in metres: its lowest and its highest x, y, z."""
-
-    low: np.ndarray
-    high: np.ndarray
-
-    @property
-    def depth_m(self) -> float:
-        """How far it reaches from the camera."""
-        return max(1e-3, float(self.high[2]))
 
 
 @dataclass(frozen=True)
@@ -43,15 +28,15 @@ class Viewpoint:
         return bool(np.linalg.norm(moved, axis=1).max() < share * np.linalg.norm(self.look_at - self.position))
 
 
-def viewpoint(name: str, extent: Extent, aspect: float | None = None) -> Viewpoint:
-    """Return the nearest viewpoint that has the whole extent in the free part of the view."""
+def viewpoint(name: str, points: np.ndarray, aspect: float | None = None) -> Viewpoint:
+    """Return the nearest viewpoint that has all points (N, 3) in the free part of the view."""
     aspect, half_up = aspect or _ASPECT, math.tan(FOV_RAD / 2)
     away = np.array(_DIRECTIONS[name]) / np.linalg.norm(_DIRECTIONS[name])
     right = np.cross(away, [0, -1.0, 0]) / np.hypot(away[0], away[2])
     axes = np.array([right, np.cross(right, away)])
-    middle = (extent.low + extent.high) / 2
-    corners = np.array(list(itertools.product(*zip(extent.low, extent.high, strict=True)))) - middle
-    wide, high = _SIDEWAYS * half_up * aspect, min(max(1 - _BUTTONS * aspect, _LEAST_UP), _MOST_UP) * half_up
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    corners = points - middle
+    wide, high = _SIDEWAYS * half_up * aspect, _UP * half_up
     look_at, distance = middle, 0.0
     for axis, before, beyond in zip(axes, (wide, _DOWN * half_up), (wide, high), strict=True):
         # From where the lowest corner stands at the lower edge, and the highest one at the upper.
@@ -67,13 +52,13 @@ class Viewpoints:
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
         self._placed: dict[int, Viewpoint] = {}
-        self._shown: dict[str, Extent] = dict.fromkeys(NAMES, Extent(np.zeros(3), np.ones(3)))
+        self._shown: dict[str, np.ndarray] = dict.fromkeys(NAMES, np.eye(3))
         server.on_client_connect(lambda client: self.look_from(client, OVERVIEW))
         server.on_client_disconnect(self._forget)
 
-    def show(self, everything: Extent, docks: Extent | None, *, is_other: bool) -> None:
-        """Take note of what is drawn; ``is_other`` says that it is of another picture than before."""
-        self._shown = {OVERVIEW: everything, CLOSE_UP: docks or everything}
+    def show(self, everything: np.ndarray, docks: np.ndarray, *, is_other: bool) -> None:
+        """Take note of the points (N, 3) that are to be seen; ``is_other`` says that they are of another picture."""
+        self._shown = {OVERVIEW: everything, CLOSE_UP: docks}
         if is_other:
             place, initial = viewpoint(OVERVIEW, everything), self._server.initial_camera
             initial.fov, initial.position, initial.look_at = FOV_RAD, place.position, place.look_at

@@ -63,10 +63,6 @@ class UpdatePacing:
         self.due_s = max(self.due_s, now_s - FRAME_EVERY_S) + FRAME_EVERY_S
         return True
 
-    def hides_scene(self) -> bool:
-        """Whether the 3D scene is hidden, since drawing it would hold up each frame by a quarter of a second."""
-        return self.is_playing() and self.draws_slowly()
-
     def drawing_pauses_s(self) -> tuple[float, float]:
         """Seconds for which the 3D scene rests after it was drawn, and without a newer result before it is."""
         return (DRAWING_REST_S, DRAWING_QUIET_S) if self.draws_slowly() else (0.0, 0.0)

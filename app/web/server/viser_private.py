@@ -144,7 +144,8 @@ def page_of_scene(server: viser.ViserServer) -> str:
     """
     serializer = server.get_scene_serializer()
     serializer._insert_message(messages.SetSceneNodeVisibilityMessage("", True))
-    return serializer.as_html()
+    quiet = "<head><style>#webgl-software-rendering { display: none }</style>"  # of what draws slowly, it tells in a notice
+    return serializer.as_html().replace("<head>", quiet, 1)
 
 
 # Controls. Replaced by: public properties of the handles, a way to look them up, and events that have the value.

@@ -49,7 +49,7 @@ def course(*tracked):
 def test_lost_frames_are_marked_and_are_not_on_the_path():
     trajectory = course(seen(0.1), LOST, seen(0.3))
     assert trajectory.table(10)[:, COLUMNS.index("lost")].tolist() == [0, 1, 0]
-    np.testing.assert_array_equal(trajectory.path_m(10), [[0.1, 0.2, 1.5], [0.3, 0.2, 1.5]])
+    np.testing.assert_array_equal(trajectory.path_m(2, 5.0), [[0.1, 0.2, 1.5], [0.3, 0.2, 1.5]])
 
 
 def test_rows_are_in_the_order_of_frames_whatever_was_seen_first():

@@ -1,93 +1,29 @@
-import math
-
 import numpy as np
-import pytest
-from dockpose import Camera, Dock, estimate
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_method
-from dockpose.app.web.scene import scene as drawn
-from dockpose.app.web.scene.viewpoints import NAMES, Extent, viewpoint
-from dockpose.camera.port import FlatPort
-from dockpose.pose.known import KnownPose
-from dockpose.simulate import Pose, Scene, render
-from dockpose.simulate.optics.water import preset
-
-from tests.app.web.scene.test_surroundings import on_screen
+from dockpose.app.web.scene.scene import grid_cell_m, picture_on_plane
 
 
-def test_image_plane_puts_the_corner_pixels_on_their_rays():
-    camera = Camera(700, 650, 300, 260, 640, 480)
-    width, height, (x, y, z) = drawn.image_plane(camera)
-    corner = np.array([[x - width / 2, y - height / 2, z], [x + width / 2, y + height / 2, z]])
-    np.testing.assert_allclose(camera.project(corner), [[-0.5, -0.5], [639.5, 479.5]])
-
-
-def check_ends(found, lights):
-    """Where the rays start, which all end on the lights of the pose."""
-    lines, pose = drawn.rays_to_lights(found), found.selected
-    model = drawn.lights_on_ring(found.dock, pose.roll_rad) * found.dock.radius @ pose.T_camera_dock[:3, :3].T
-    gaps = np.linalg.norm(lines[:, 1][:, None] - (model + pose.position_m)[None], axis=2).min(axis=1)
-    assert len(lines) == lights
-    assert gaps.max() < 0.001
-    return lines
-
-
-def test_rays_end_on_the_lights(found):
-    assert not check_ends(found, 10)[:, 0].any()
-
-
-def test_rays_leave_the_port_and_end_on_the_lights():
-    camera = Camera(700, 700, 319.5, 239.5, 640, 480, port=FlatPort(air_gap_m=0.03, glass_m=0.01))
-    scene = Scene(
-        camera=camera,
-        dock=Dock(0.30, angles_deg=(0, 50, 100, 170, 220, 300)),
-        pose=Pose(position_m=(0.05, 0.02, 0.9), theta_x_deg=20, theta_y_deg=-25, roll_deg=10),
-        water=preset("clear"),
-    )
-    found = estimate(render(scene)[0], camera, scene.dock)
-    lines = check_ends(found, 6)
+def test_picture_on_its_plane_is_bright_around_the_ring_and_there_alone(view):
+    """The ring's lights lie on an ellipse: at its middle the plane is lit, at the picture's corners it is not."""
+    found = analyse(view).estimate
+    plane = picture_on_plane(view.image, found, 320)
+    assert plane.shape == (240, 320, 4)
     assert found.markers is not None
     assert found.ring is not None
-    np.testing.assert_allclose(lines[:, 0, 2], 0.04)  # the outer face of the glass
-    np.testing.assert_allclose(camera.project(lines[:, 1]), found.markers.points_px[found.ring.on_ring], atol=1e-6)
+    lights = found.markers.points_px[found.ring.on_ring] / 2
+    x, y = lights.mean(axis=0).astype(int)
+    corners = plane[[0, 0, -1, -1], [0, -1, 0, -1], :3]
+    assert plane[y, x, :3].min() > corners.max() + 40
+    for light_x, light_y in lights.astype(int):
+        assert plane[light_y, light_x, :3].min() > 200
 
 
-def test_lights_are_where_the_dock_has_them():
-    quarter = drawn.lights_on_ring(Dock(0.30, angles_deg=(0, 90, 180)), math.pi / 2)
-    np.testing.assert_allclose(quarter, [[0, 1, 0], [-1, 0, 0], [0, -1, 0]], atol=1e-12)
-    assert drawn.lights_on_ring(Dock(0.30), None).shape == (0, 3)
+def test_picture_without_a_ring_is_lit_nowhere(view):
+    found = analyse(with_method(view, "fixed", 255)).estimate
+    blank = np.full((240, 320), 7, np.uint8)
+    assert not picture_on_plane(blank, found, 160)[:, :, :3].any()
 
 
-def test_no_rays_without_a_pose(view):
-    empty = analyse(with_method(view, "fixed", 255)).estimate
-    assert drawn.rays_to_lights(empty).shape == (0, 2, 3)
-    assert drawn.extent_of(drawn.docks_of(empty)).depth_m == 1
-
-
-def seen(place, points, aspect):
-    """Whether each point is inside the picture of an eye whose up is -y."""
-    x, y = on_screen(place, points, aspect, 1.0).T
-    return (x > 0) & (x < aspect) & (y > 0) & (y < 1)
-
-
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("aspect", [0.3, 0.55, 1.0, 2.5])
-@pytest.mark.parametrize("depth", [0.2, 1.0, 15.0])
-def test_camera_and_docks_are_seen_from_every_viewpoint(name, aspect, depth):
-    extent = Extent(np.array([-0.4, -0.2, 0.0]), np.array([0.3, 0.5, depth]))
-    corners = np.array([[x, y, z] for x in (-0.4, 0.3) for y in (-0.2, 0.5) for z in (0.0, depth)])
-    assert seen(viewpoint(name, extent, aspect), corners, aspect).all()
-
-
-def test_extent_holds_known_docks_too(found):
-    far = KnownPose((0.0, 0.0, 9.0), 0.0, 0.0)
-    assert drawn.extent_of(drawn.docks_of(found, far)).depth_m == pytest.approx(9 + found.dock.radius)
-    assert drawn.extent_of(drawn.docks_of(found, None)).depth_m < 3
-
-
-def test_known_pose_faces_as_an_estimated_one_does(found):
-    pose = found.selected
-    told = pose.to_dict()
-    known = KnownPose(tuple(told["position_m"]), told["theta_x_deg"], told["theta_y_deg"])
-    np.testing.assert_allclose(known.position_m, pose.position_m)
-    np.testing.assert_allclose(-known.rotation[:, 2], pose.normal, atol=1e-9)
+def test_grid_has_about_eight_squares_to_the_dock():
+    assert [grid_cell_m(depth_m) for depth_m in (0.08, 0.6, 4.0, 1000.0)] == [0.01, 0.1, 0.5, 5.0]

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.view import MeasuredPose, open_source, with_sample
-from dockpose.app.web.scene.scene import docks_of, extent_of
-from dockpose.app.web.scene.surroundings import labels, port_radius_m
+from dockpose.app.web.scene.drawing import drawing_of
 from dockpose.app.web.scene.viewpoints import CLOSE_UP, FOV_RAD, NAMES, viewpoint
 from dockpose.camera.port import FlatPort
 from dockpose.simulate import Pose, Scene, render
@@ -62,19 +61,17 @@ def analysis(request):
     return analyse(view)
 
 
-@pytest.mark.parametrize("size", [(432, 718), (758, 1030), (390, 650), (820, 1050)])
+@pytest.mark.parametrize("size", [(597, 353), (840, 497), (390, 228), (820, 362), (1024, 197)])
 @pytest.mark.parametrize("name", NAMES)
 def test_labels_are_apart_and_in_view(analysis, name, size):
-    found, view = analysis.estimate, analysis.view
-    extent = extent_of(docks_of(found, view.truth, view.measured_pose))
-    shown = labels(found, view, extent.depth_m, port_radius_m(found.camera, extent.depth_m))
-    assert {"A", "B", "truth", "measured", "camera", "x", "y", "z"} <= set(shown)
-    seen = docks_of(found, view.truth, view.measured_pose) if name == CLOSE_UP else extent
-    assert seen is not None
-    place = viewpoint(name, seen, size[0] / size[1])
-    points = on_screen(place, np.array([label.position for label in shown.values()]), *size)
+    drawn = drawing_of(analysis)
+    assert {"A", "B", "truth", "measured", "camera", "x", "y", "z"} <= set(drawn.labels)
+    place = viewpoint(name, drawn.docks if name == CLOSE_UP else drawn.everything, size[0] / size[1])
+    points = on_screen(place, np.array([label.position for label in drawn.labels.values()]), *size)
     boxes = {
-        key: box(label, at) for (key, label), at in zip(shown.items(), points, strict=True) if np.isfinite(at).all()
+        key: box(label, at)
+        for (key, label), at in zip(drawn.labels.items(), points, strict=True)
+        if np.isfinite(at).all()
     }
     docks = {"A", "B", "truth", "measured"}
     for one, other in itertools.combinations(boxes, 2):

@@ -561,7 +561,7 @@ def test_view_buttons_lie_in_the_3d_view_and_show_the_dock_from_near(page):
     page.page.wait_for_timeout(500)
     far = distance()
     page.page.get_by_role("button", name="Dock close-up", exact=True).press("Enter")
-    page.until(lambda: distance() < 0.6 * far)
+    page.until(lambda: distance() < 0.9 * far)
     page.page.wait_for_timeout(500)
     near = client.camera.position.copy()
     page.app.change(lambda view: with_sample(view, "tilted"), reload=True)  # the close-up follows to another picture

@@ -144,7 +144,7 @@ def page_of_scene(server: viser.ViserServer) -> str:
     """
     serializer = server.get_scene_serializer()
     serializer._insert_message(messages.SetSceneNodeVisibilityMessage("", True))
-    quiet = "<head><style>#webgl-software-rendering { display: none }</style>"  # of what draws slowly, it tells in a notice
+    quiet = "<head><style>#webgl-software-rendering { display: none }</style>"  # that it draws slowly
     return serializer.as_html().replace("<head>", quiet, 1)
 
 

@@ -19,7 +19,7 @@ from dockpose.lights.windows import Spots, reach_px_of, spots_in_windows
 from dockpose.settings import Settings
 from dockpose.tracking.association import mapped, moved, shifted
 from dockpose.tracking.chain import reach_m
-from dockpose.tracking.sighting import LEAST_LIGHTS, Sighting, missing_px
+from dockpose.tracking.sighting import LEAST_LIGHTS, Sighting, blurred, missing_px
 
 _NOMINAL_PERIOD_S = 0.1  # between frames whose times are unknown
 _LEAST_PERIOD_S = 1e-3  # two frames may bear one time
@@ -55,7 +55,7 @@ def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | No
     picture = picture_in(
         image, last.found.camera, settings, (left, top, right - left, bottom - top), last.found.in_white
     )
-    light, corner = picture.light[0], np.array(picture.part[:2])
+    light, corner = blurred(picture.light[0], last.blur_px), np.array(picture.part[:2])
     ring = last.of_ring == 0
     within_px = max(_WITHIN_PX, _WITHIN_OF_RING * _radius_px(last))
     found = _associated(light, corner, expected_px, reach_px, within_px, last)
@@ -74,7 +74,7 @@ def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | No
     growth = np.where(seen, spots.spans_px / last.spans_px, np.nan)
     growth = np.where(seen, growth, statistics.median(growth[seen & ring].tolist()))
     next_px = places_px + corner
-    return _judged(picture, last, camera, seen, spots, growth, next_px, elapsed_s, time_s, start)
+    return _judged(picture, light, last, camera, seen, spots, growth, next_px, elapsed_s, time_s, start)
 
 
 def _associated(
@@ -114,6 +114,7 @@ def period_s(before_s: float | None, now_s: float | None) -> float:
 
 def _judged(
     picture: Picture,
+    light: np.ndarray,
     last: Sighting,
     camera: Camera,
     seen: np.ndarray,
@@ -125,7 +126,7 @@ def _judged(
     start: float,
 ) -> Sighting | str:
     """The sighting of a frame with these lights, or why they are no dock."""
-    before, light = last.found, picture.light[0]
+    before = last.found
     assert before.ring is not None
     assert before.threshold is not None
     chosen = np.flatnonzero(seen)
@@ -226,7 +227,12 @@ def _fitted(
 def _spots(light: np.ndarray, places_px: np.ndarray, last: Sighting, within_px: float) -> Spots:
     """The spots within some pixels of places (N, 2), and nearer to them than to the next light."""
     far = np.clip(np.minimum(within_px, _OF_SPACING * last.spacings_px), _LEAST_WINDOW_PX, None)
-    return spots_in_windows(light, places_px, np.ceil(far), reach_px_of(last.halves_px))
+    spots = spots_in_windows(light, places_px, np.ceil(far), reach_px_of(last.halves_px))
+    if last.blur_px == 0:
+        return spots
+    # Neighbours in a blurred picture differ less than noise of that standard deviation would: they have it in common.
+    alike = math.exp(-1 / (4 * last.blur_px**2))
+    return spots._replace(noises=spots.noises / math.sqrt(1 - alike))
 
 
 def _plausible(spots: Spots, last: Sighting) -> np.ndarray:

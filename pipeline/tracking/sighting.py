@@ -15,6 +15,8 @@ from dockpose.lights.windows import Spots, reach_px_of, spots_in_windows
 _FARTHEST_PX = 1e5  # from the picture's corner, where a light behind the camera may seem to be
 LEAST_LIGHTS = 4  # that are followed
 _LARGEST_LIGHT_PX = 80.0  # half a light's side, beyond which its window does not grow, for time
+CLEAR_NOISES = 8.0  # times the noise that a light is high, twice of what it may fall to, or the picture is blurred
+_OF_SIDE = 0.25  # of a light's side: by so much, which makes it a sixth wider and takes most of the noise away
 _ODD_SPAN = 5.0  # times as large or as small as the middle one of the ring, as no lamp of one kind is
 
 
@@ -36,6 +38,7 @@ class Sighting:
     searched: int  # how many lights the dock's ring had there
     shapes: np.ndarray | None  # (N, 6) of which they were last; None where their centres could not be fitted there
     spreads_px2: np.ndarray | None  # (N, 2, 2): covariances there
+    blur_px: float = 0.0  # of the picture in which they are measured, where noise hides them in the picture itself
 
     @cached_property
     def halves_px(self) -> np.ndarray:
@@ -65,10 +68,14 @@ def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting 
     sizes, areas = (boxes[:, 2:] - boxes[:, :2] + 1).astype(float), markers.areas_px[members].astype(float)
     picture = picture_in(image, found.camera, found.settings, in_white=found.in_white)
     sides = sizes.max(axis=1)
-    spots = _spots_of(picture.light[0], points_px, sides)
+    light = picture.light[0]
+    spots = _spots_of(light, points_px, sides)
     # The level of the search may be higher than half of a light's height.
     sides = np.fmax(sides, (spots.boxes_px[:, 2:] - spots.boxes_px[:, :2]).max(axis=1) + 1)
-    spots = _spots_of(picture.light[0], points_px, sides)
+    spots, blur_px = _spots_of(light, points_px, sides), 0.0
+    if not np.nanmedian(spots.heights / spots.noises) >= CLEAR_NOISES:
+        blur_px = _OF_SIDE * float(np.median(sides[:searched]))
+        spots = _spots_of(blurred(light, blur_px), points_px, sides)
     absent_px = missing_px(found)
     more = len(absent_px)
     if not np.isfinite(spots.spans_px[:searched]).any():
@@ -96,7 +103,13 @@ def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting 
         searched,
         _extended(markers.shapes, members, more),
         _extended(markers.covariances_px2, members, more),
+        blur_px,
     )
+
+
+def blurred(light: np.ndarray, blur_px: float) -> np.ndarray:
+    """A picture (H, W) blurred by a standard deviation, which light outlasts and noise does not."""
+    return light if blur_px == 0 else cv2.GaussianBlur(light, (0, 0), blur_px)
 
 
 def _spots_of(light: np.ndarray, points_px: np.ndarray, sides_px: np.ndarray) -> Spots:

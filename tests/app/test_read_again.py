@@ -3,6 +3,7 @@
 import io
 import json
 import zipfile
+from dataclasses import replace
 
 import cv2
 import msgspec
@@ -20,6 +21,7 @@ from dockpose.app.state.view import open_source
 from dockpose.camera.files import save_camera
 from dockpose.camera.mark import COMMENT, to_jpeg
 from dockpose.camera.port import FlatPort
+from dockpose.lights.by_hand import ByHand
 from dockpose.sidecar import load_dock, sample_path
 from dockpose.simulate import Approach, FilmPlan, film, render
 from dockpose.sources import Arrival, Bag, Frame, Kind, SourceError, kind_of, open_frames
@@ -130,6 +132,30 @@ def test_the_picture_of_a_zip_file_gives_the_same_poses(tmp_path):
     )
     for one, other in zip(again.candidates, analysis.estimate.candidates, strict=True):
         np.testing.assert_allclose(one.position_m, other.position_m, rtol=0, atol=1e-9)
+
+
+def test_lights_set_by_hand_go_with_the_picture_into_a_zip_file_and_a_session(tmp_path, capfd):
+    view = open_source(None, None, None)
+    places = estimate(view.image, view.camera, view.dock).markers.points_px + [0.4, -0.3]
+    by_hand = ByHand.checked(places[:7].tolist(), [True, False] * 3 + [True], 640, 480)
+    analysis = analyse(replace(view, set_lights=by_hand))
+    pose = analysis.estimate.selected.position_m
+    (tmp_path / "all.zip").write_bytes(to_zip(picture_files(analysis)))
+    with zipfile.ZipFile(tmp_path / "all.zip") as files:
+        report, result = files.read("report.html").decode(), json.loads(files.read("result.json"))
+        (tmp_path / "tank.png").write_bytes(files.read("picture.png"))
+        (tmp_path / "tank.yaml").write_bytes(files.read("settings.yaml"))
+    assert "lights were set by hand" in report
+    assert (result["found_by"], result["by_hand"]["lights_px"]) == (
+        "hand",
+        [list(place) for place in by_hand.lights_px],
+    )
+    again = estimate(tmp_path / "tank.png")
+    assert again.by_hand == by_hand
+    np.testing.assert_allclose(again.selected.position_m, pose, rtol=1e-9)
+    Session.create(tmp_path / "session").take(view.image, analysis.estimate, "tank.png")
+    assert main(["estimate", "--session", str(tmp_path / "session")]) == 0
+    assert "1 of 1 rows give the same numbers" in capfd.readouterr().out
 
 
 def test_the_picture_of_a_session_gives_the_same_poses(tmp_path):

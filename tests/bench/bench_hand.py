@@ -28,6 +28,7 @@ from tests.bench.seen_scenes import Shown, circle, dock_drawn, drawn, even
 _CLICKED_PX, _AT_MARKS_PX = 1.5, 2.0  # scatter of x and of y
 _SAME = 0.02  # share of the marks' larger semi-axis
 _SCENES, _SEED, _INTERVAL = 120, 6900, 1.96
+_MIDDLE = 0.6745  # of a normal distribution's absolute values, in its standard deviations
 _LED_FIELD_OF_VIEW = 1.1547  # of a photograph's width to the assumed focal length: 60 degrees across
 
 
@@ -61,8 +62,11 @@ def compared(seed: int) -> tuple[float, float, np.ndarray]:
     return off(snapped), math.inf if by_search.status != "ok" else off(by_search), held
 
 
-def same_ellipse(folder: Path, entry: dict[str, Any], rng: np.random.Generator) -> float:
-    """By how much the ellipse through lights clicked at a photograph's marks, snapped, is off theirs, of its axis."""
+def same_ellipse(folder: Path, entry: dict[str, Any], rng: np.random.Generator) -> tuple[float, np.ndarray]:
+    """By how much the ellipse through lights clicked at a photograph's marks, snapped, is off theirs, of its axis.
+
+    And how far (N, 2) the spots are, in pixels, from marks that people have set.
+    """
     image = read(folder / entry["picture"])
     height, width = image.shape[:2]
     focal = width / _LED_FIELD_OF_VIEW
@@ -70,11 +74,13 @@ def same_ellipse(folder: Path, entry: dict[str, Any], rng: np.random.Generator) 
     marks = np.array(entry["lights"])
     clicked = marks + rng.normal(0, _AT_MARKS_PX, marks.shape)
     found = estimate(image, camera, Dock(0.10, entry["N"]), lights_px=clicked, snap=True)
-    if found.ellipse is None:
-        return math.inf
+    if found.ellipse is None or found.markers is None:
+        return math.inf, np.empty((0, 2))
+    exact = estimate(image, camera, Dock(0.10, entry["N"]), lights_px=marks, snap=True).markers
+    off_px = np.empty((0, 2)) if exact is None else exact.points_px - marks
     theirs, ours = fit_ellipse(marks), found.ellipse
     off = np.subtract((*theirs.centre_px, *theirs.semi_axes_px), (*ours.centre_px, *ours.semi_axes_px))
-    return float(np.abs(off).max() / theirs.semi_axes_px[0])
+    return float(np.abs(off).max() / theirs.semi_axes_px[0]), off_px[(off_px != 0).any(axis=1)]
 
 
 def test_in_drawn_scenes_lights_set_by_hand_are_as_good_as_the_search() -> None:
@@ -117,13 +123,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True)
     data = parser.parse_args().data
-    rng, offs = np.random.default_rng(_SEED), {}
+    rng, offs, marks_px = np.random.default_rng(_SEED), dict[str, float](), list[np.ndarray]()
     for path in sorted(data.glob("leds*/leds.json")):
         for name, entry in json.loads(path.read_text("utf-8")).items():
             if "lights" in entry and len(entry["lights"]) >= MIN_POINTS:
-                offs[name] = same_ellipse(path.parent, entry, rng)
+                offs[name], off_px = same_ellipse(path.parent, entry, rng)
+                marks_px.append(off_px - np.median(off_px, axis=0))  # less how a picture's marks are off as a whole
                 print(f"{name:24} {entry['N']:3} lights, {100 * offs[name]:.2f} % off")
     print(f"{sum(off < _SAME for off in offs.values())} of {len(offs)} within {100 * _SAME:.0f} %")
+    each = np.abs(np.concatenate(marks_px))
+    middle, most = np.median(each, axis=0) / _MIDDLE, np.mean(each < 3 * EXACT_PX)
+    print(f"marks are off by {middle[0]:.2f} and {middle[1]:.2f} px, {100 * most:.0f} % by less than {3 * EXACT_PX:g}")
     print("five_air_b, a film of 60 frames: {} followed, {} right".format(*followed(data, "five_air_b")))
 
 

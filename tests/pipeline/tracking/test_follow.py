@@ -121,3 +121,30 @@ def test_a_dock_that_was_at_the_edge_and_moved_on_has_left():
 def test_nothing_is_followed_of_a_picture_without_a_dock_or_with_three_lights():
     assert begun(drawn(NEAR, 0.0)) is None
     assert begun(drawn(NEAR, without(*range(3, 10)))) is None
+
+
+def in_noise(place_m=NEAR, height=25.0, seed=0):
+    """Lamps of a standard deviation of 4 px, twice as high as the noise of each pixel."""
+    y, x = np.mgrid[:300, :400]
+    grey = 60 + np.random.default_rng(seed).normal(0, 12, (300, 400))
+    for u, v in lamps_px(place_m):
+        grey += height * np.exp(-((x - u) ** 2 + (y - v) ** 2) / 32)
+    return np.clip(np.rint(grey), 0, 255).astype(np.uint8)
+
+
+def test_lights_in_noise_are_followed_in_the_blurred_picture_and_lost_where_they_go_out():
+    """Centres cannot be better known than the noise allows: 12 / 25 x sqrt(2 / pi) = .4 px (Cramer and Rao); three times that is asked for."""
+    first = in_noise()
+    sighting = begin(estimate(first, CAMERA, DOCK, lights_px=lamps_px(NEAR), snap=True), first, 0.0)
+    assert sighting.blur_px > 0
+    for frame in range(1, 13):
+        place_m = (0.03 + 0.003 * frame, -0.02, 1.0 + 0.005 * frame)
+        sighting = follow(in_noise(place_m, seed=frame), sighting, CAMERA, 0.05 * frame)
+        assert sighting.found.lights_on_ring >= 5
+        assert np.median(off_px(sighting, place_m)) < 3 * 0.4
+    for seed in range(20, 40):
+        assert isinstance(follow(in_noise(height=0.0, seed=seed), sighting, CAMERA, 0.65), str)
+
+
+def test_a_clear_picture_is_measured_as_it_is():
+    assert begun(drawn()).blur_px == 0

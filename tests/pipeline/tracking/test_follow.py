@@ -133,7 +133,7 @@ def in_noise(place_m=NEAR, height=25.0, seed=0):
 
 
 def test_lights_in_noise_are_followed_in_the_blurred_picture_and_lost_where_they_go_out():
-    """Centres cannot be better known than the noise allows: 12 / 25 x sqrt(2 / pi) = .4 px (Cramer and Rao); three times that is asked for."""
+    """Noise allows 12 / 25 x sqrt(2 / pi) = .4 px of a centre (Cramer and Rao); three times that is asked for."""
     first = in_noise()
     sighting = begin(estimate(first, CAMERA, DOCK, lights_px=lamps_px(NEAR), snap=True), first, 0.0)
     assert sighting.blur_px > 0

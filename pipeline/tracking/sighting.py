@@ -73,7 +73,7 @@ def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting 
     # The level of the search may be higher than half of a light's height.
     sides = np.fmax(sides, (spots.boxes_px[:, 2:] - spots.boxes_px[:, :2]).max(axis=1) + 1)
     spots, blur_px = _spots_of(light, points_px, sides), 0.0
-    if not np.nanmedian(spots.heights / spots.noises) >= CLEAR_NOISES:
+    if np.mean(spots.heights >= CLEAR_NOISES * spots.noises) < 1 / 2:
         blur_px = _OF_SIDE * float(np.median(sides[:searched]))
         spots = _spots_of(blurred(light, blur_px), points_px, sides)
     absent_px = missing_px(found)

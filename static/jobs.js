@@ -119,12 +119,19 @@ class Jobs extends HTMLElement {
       make("button", { type: "button", "data-pane": "scene", title: "Show the 3D view, or put it away." }, "3D"),
     );
     paneButton(this.lastElementChild);
-    const sizes = new ResizeObserver(() => this.giveRoom());
+    this.sizes = new ResizeObserver(() => this.giveRoom());
+    this.sizes.observe(this.chips);
+  }
+
+  // viser may make the strip anew, as while the page is built or when it connects again.
+  watchStrip() {
+    if (this.strip?.isConnected) return;
     this.strip = document.querySelector("dockpose-live[name=strip]");
-    for (const one of [this.chips, this.strip]) sizes.observe(one);
+    if (this.strip !== null) this.sizes.observe(this.strip);
   }
 
   take(chips) {
+    this.watchStrip();
     if (JSON.stringify(chips) === this.shown) return;
     this.shown = JSON.stringify(chips);
     this.chips.replaceChildren(...chips.map(([label, hint, opens], at) => {
@@ -139,7 +146,7 @@ class Jobs extends HTMLElement {
   giveRoom() {
     const height = this.chips.childElementCount > 0 ? `${this.chips.offsetHeight + 4}px` : "0px";
     document.documentElement.style.setProperty("--chips-height", height);
-    document.documentElement.style.setProperty("--strip-height", `${this.strip.offsetHeight}px`);
+    if (this.strip?.offsetHeight > 0) document.documentElement.style.setProperty("--strip-height", `${this.strip.offsetHeight}px`);
   }
 
   button(words, hint, act) {

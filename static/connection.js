@@ -56,6 +56,17 @@ async function ask() {
 }
 setTimeout(ask, ASK_EVERY_MS);
 
+// What the program's answer shows of the result until the page is built goes as soon as there is a newer one, or no answer.
+const [ASK_OF_SHELL_MS, MOST_ASKED] = [250, 80];
+async function watchShell(asked = 0) {
+  const shell = document.getElementById("shell");
+  if (shell === null) return;
+  const newest = await fetch("alive", { cache: "no-store" }).then((answer) => answer.ok && answer.text(), () => false);
+  if (newest !== shell.dataset.result || asked > MOST_ASKED) shell.remove();
+  else setTimeout(watchShell, ASK_OF_SHELL_MS, asked + 1);
+}
+document.addEventListener("DOMContentLoaded", () => watchShell());
+
 // Tabs that were open are opened again after a reload; viser itself always starts with the first.
 function openTabs() {
   return viserPage.tabs().filter(viserPage.isOpen).map(viserPage.nameOfTab);

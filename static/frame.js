@@ -59,6 +59,12 @@ function show() {
   else unhiding = setTimeout(toggle, DRAWN_MS);
 }
 
+// What the program's answer had of the result goes in the moment in which the page has all of that itself.
+function dropShell() {
+  const isShown = (name) => document.querySelector(`dockpose-live[name=${name}]`)?.childElementCount > 0;
+  if (isShown("strip") && isShown("candidates")) document.getElementById("shell")?.remove();
+}
+
 // <dockpose-live name="...">: words of a frame, as HTML that the program made and escaped.
 class Live extends HTMLElement {
   connectedCallback() {
@@ -72,6 +78,7 @@ class Live extends HTMLElement {
   take(html) {
     if (html === this.html) return;
     [this.html, this.innerHTML] = [html, html];
+    dropShell();
   }
 }
 

@@ -225,7 +225,7 @@ class Histogram extends HTMLElement {
       text.append(makeSvg("title", {}, `peak at level ${peak.level}: votes for ${peak.groups} groups`));
       return text;
     });
-    return [...dots, ...(labels.length > 0 ? [label("votes", LEFT - 5, 12, "end")] : []), ...labels];
+    return [...dots, ...(labels.length > 0 ? [label("groups", LEFT - 5, 12, "end")] : []), ...labels];
   }
 
   line() {

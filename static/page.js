@@ -65,6 +65,14 @@ document.addEventListener("click", (event) => {
   if (event.target.id === "strip-size") document.documentElement.classList.toggle("large");
 });
 
+// Words that open a tab.
+document.addEventListener("click", (event) => {
+  const name = event.target.closest?.("[data-opens]")?.dataset.opens;
+  if (name === undefined) return;
+  event.preventDefault();
+  viserPage.openTab(viserPage.tabOf(name));
+});
+
 // What was measured by hand stands in boxes for text, for viser's box for a number cannot be blank. They take nothing
 // but what a number is written with, so that a key pressed for a command never falls into one.
 const MEASURED = /^([xyz]|θ[xy]|Distance) \((cm|°)\)$/;

@@ -12,14 +12,12 @@ from dockpose.app.state.view import View
 from dockpose.paper.scenes import tank_scenes
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import Lights, Pose, Scene, render
-from dockpose.simulate.optics.psf import MODELS
 from dockpose.simulate.optics.water import PRESETS, Water, water_of_turbidity
 from dockpose.simulate.parts import Background, Text
 from msgspec.structs import replace as changed
 
 SOURCE_NAME = "simulated scene"
 # The measured transfer function names a file on this machine, which no browser may choose.
-PSF_MODELS = tuple(name for name in MODELS if name != "mtf")
 LONGEST_TEXT = 60
 _MOST_PIXELS = 4_000_000
 _NEAR = 0.005  # half a step of the slider

@@ -38,12 +38,13 @@ class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def tank_words(tank: Tank) -> str:
     """Return name, focal length, size, diameter and lights in one line."""
     camera, dock = tank.camera, tank.dock
-    lens = "camera not known yet"
+    lens = "no camera yet"
     if camera is not None:
         port = "" if camera.port is None else " behind a flat port"
         lens = f"fx {camera.fx:.1f} px at {camera.width} × {camera.height}{port}"
-    lights = "lights not known" if dock.lights is None else f"{dock.lights} lights"
-    return f"{tank.name or UNNAMED}: {lens}, dock {100 * dock.diameter:g} cm, {lights}"
+    ring = f"{100 * dock.diameter:g} cm{'' if tank.knows_diameter else ' assumed'}"
+    lights = "" if dock.lights is None else f", {dock.lights} lights"
+    return f"{tank.name or UNNAMED}: {lens}, dock {ring}{lights}"
 
 
 class Tanks:

@@ -67,9 +67,12 @@ def trust_in(
     now, given = fx_per_fy
     if abs(now / given - 1) > STRETCHED:
         doubts.append(("amber", f"fx/fy is {now:.3f}, not {given:.3f} as given: tilts and range are wrong by it."))
-    if "camera" in assumed:
+    if {"camera", "dock"} <= {*assumed}:
+        both = f"The camera's view was assumed, and the diameter: {100 * found.dock.diameter:g} cm."
+        doubts.append(("amber", both))
+    elif "camera" in assumed:
         doubts.append(("amber", "The camera is not known: its view was assumed."))
-    if "dock" in assumed:
+    elif "dock" in assumed:
         doubts.append(("amber", f"The dock's diameter is not known: {100 * found.dock.diameter:g} cm was assumed."))
     colour: Colour = "green" if not doubts else "red" if any(one == "red" for one, _ in doubts) else "amber"
     reasons = [reason for wanted in ("red", "amber") for one, reason in doubts if one == wanted]
@@ -115,9 +118,7 @@ def _doubts_about_range(found: Estimate) -> Iterator[tuple[Colour, str]]:
         yield "amber", "How exact the range is cannot be estimated."
     elif sigma_m > EXACT_SHARE * range_m:
         decimals = max(1, math.ceil(-math.log10(sigma_m)))  # never "± 0.0"
-        share = (
-            f"{number(range_m, decimals)} ± {number(sigma_m, decimals)} m, which is {percent(sigma_m / range_m, 0)} %"
-        )
+        share = f"{number(range_m, decimals)} ± {number(sigma_m, decimals)} m ({percent(sigma_m / range_m, 0)} %)"
         yield "red" if sigma_m > ROUGH_SHARE * range_m else "amber", f"The range is inexact: {share}."
 
 

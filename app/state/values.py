@@ -16,6 +16,13 @@ from dockpose.app.state.view import View
 
 CENTROIDS = {"Weighed by brightness": "grey", "Middle of the pixels kept": "binary"}
 
+SPREADS = {
+    "Measured in water": "voss",
+    "The paper's": "hou",
+    "The paper's, simpler": "hou_poisson",
+    "A bell": "gaussian",
+}
+
 
 @dataclass(frozen=True)
 class Value:
@@ -26,8 +33,9 @@ class Value:
     options: Callable[[View], tuple[str, ...]] | None = None
 
 
-def _psf_models(view: View) -> tuple[str, ...]:
-    return tuple(dict.fromkeys([*scene.PSF_MODELS, scene.scene_of(view).psf.model]))
+def _spread(view: View) -> str:
+    model = scene.scene_of(view).psf.model
+    return next((label for label, one in SPREADS.items() if one == model), model)
 
 
 VALUES = {
@@ -43,7 +51,11 @@ VALUES = {
         scene.paper_scene, scene.with_paper_scene, lambda view: (scene.NOT_OF_THE_PAPER, *scene.paper_scenes())
     ),
     "port": Value(lambda view: view.camera.port is not None, camera.with_port),
-    "psf": Value(lambda view: scene.scene_of(view).psf.model, scene.with_psf, _psf_models),
+    "psf": Value(
+        _spread,
+        lambda view, label: scene.with_psf(view, SPREADS.get(label, label)),
+        lambda view: tuple(dict.fromkeys([*SPREADS, _spread(view)])),
+    ),
     "text": Value(lambda view: "".join(one.text for one in scene.scene_of(view).texts[:1]), scene.with_text),
     "tone": Value(
         lambda view: str(view.camera.tone), camera.with_tone, lambda view: tuple(camera.tone_names(view.camera))

@@ -4,8 +4,10 @@ import contextlib
 import threading
 import time
 
+import cv2
 import viser
 from dockpose import Camera, Dock
+from dockpose.app.drawing.annotated import DRAWN, annotate
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.processing.background import LatestWorker
 from dockpose.app.state.view import View
@@ -25,6 +27,7 @@ from dockpose.app.web.server.viser_private import icons_from_one_archive
 from dockpose.sources import Frame
 
 LOOPBACK = "127.0.0.1"
+FIRST_RESULT_S = 1.0  # for which the page's first request waits
 
 
 class App(Page, contextlib.AbstractContextManager["App"]):
@@ -56,6 +59,7 @@ class App(Page, contextlib.AbstractContextManager["App"]):
         self._drawing, self._greeting = threading.Lock(), threading.Lock()
         self._scene_worker = LatestWorker(self._draw, self.fail, pacing.drawing_pauses_s)
         self.worker.submit(view)
+        self._guard.made |= {"/": self._shell, "/index.html": self._shell, "/alive": lambda: str(self.live.results)}
         self.server.on_client_connect(self._welcome)
         self.server.on_client_disconnect(self._say_goodbye)
         try:
@@ -166,6 +170,17 @@ class App(Page, contextlib.AbstractContextManager["App"]):
             self.server.flush()
         if not (self.is_playing if is_hidden else is_frame):
             self._scene_worker.submit(analysis)  # the 3D scene follows when it has rested
+
+    def _shell(self) -> str:
+        self.worker.wait_until_idle(FIRST_RESULT_S)
+        return self.live.shell(self._still)
+
+    def _still(self, found: Analysis) -> bytes:
+        """The annotated picture as a JPEG; nothing of a sequence, nor of what is being changed."""
+        if self.opened is not None or found.view is not self.view:
+            return b""
+        layers = [layer for layer in DRAWN if layer not in ("text", "scale")]
+        return cv2.imencode(".jpg", annotate(found.view.image, found.estimate, layers=layers))[1].tobytes()
 
     def _draw(self, analysis: Analysis) -> None:
         with self._drawing:

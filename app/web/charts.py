@@ -82,15 +82,3 @@ def error_points(rows: Sequence[Row], which: Sequence[int]) -> np.ndarray:
     table[:, 0] /= 100
     known = ~np.isnan(table[:, 0]) & ~np.isnan(table[:, 1:]).all(axis=1)
     return table[known][np.argsort(table[known, 0], kind="stable")]
-
-
-class ErrorCharts:
-    """Draws the errors of a session; hidden until one is known."""
-
-    def __init__(self, gui: viser.GuiApi) -> None:
-        self._charts = [Chart(gui, title, marks) for title, marks in CHARTS.items()]
-
-    def show(self, rows: Sequence[Row]) -> None:
-        """Draw the errors of all rows that have some."""
-        for chart in self._charts:
-            chart.show(error_points(rows, chart.which))

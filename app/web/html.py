@@ -61,6 +61,11 @@ def small(html: str, attributes: str = "") -> str:
     return f'<div {attributes} style="{style}">{html}</div>' if html else ""
 
 
+def tab_link(tab: str, words: str) -> str:
+    """Return a link that opens a tab."""
+    return f'<a href="#{tab}" data-opens="{tab}">{words}</a>'
+
+
 def name_around(name: str) -> str:
     """Return what gives the controls that stand around it a class, for our style sheets."""
     return f'<dockpose-name-next name="{name}" count="0"></dockpose-name-next>'

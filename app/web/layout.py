@@ -17,7 +17,7 @@ from dockpose.app.web.panels.export import ExportPanel
 from dockpose.app.web.panels.guidance import GuidancePanel
 from dockpose.app.web.panels.picture import StripPanel, ViewpointPanel, table_html
 from dockpose.app.web.panels.play import SequencePanel
-from dockpose.app.web.panels.settings import SettingsPanel, steps_html
+from dockpose.app.web.panels.settings import STEPS_HTML, SettingsPanel
 from dockpose.app.web.panels.source import SimulatorPanel, SourcePanel
 from dockpose.app.web.panels.tank import BudgetPanel, CameraPanel, ChipsPanel, TanksPanel
 from dockpose.app.web.panels.view import PicturePanel
@@ -102,7 +102,7 @@ class Layout:
             }
             requests = RequestBox(gui, "Done on the page", acts)
             gui.add_html(f'<dockpose-jobs channel="{requests.channel}"></dockpose-jobs>')
-            gui.add_html(steps_html())
+            gui.add_html(STEPS_HTML)
             shown = gui.add_tab_group()
             for title, kind in OVER.items():
                 with shown.add_tab(title):

@@ -1,5 +1,6 @@
 """Our own elements of the page: what they are sent with every frame, and the requests that come back from them."""
 
+import base64
 import functools
 import itertools
 import json
@@ -33,6 +34,8 @@ class LivePage:
         self._html_of: dict[str, Callable[[Analysis], str]] = {}
         self._html: dict[str, str] = {}
         self._data: dict[str, Any] = {}
+        self._shown: Analysis | None = None
+        self.results = 0  # that were shown so far
 
     def begin(self) -> None:
         """Add to the page what carries the data."""
@@ -51,6 +54,16 @@ class LivePage:
         """Set data for the elements of static/, from the next message on."""
         self._data |= data
 
+    def shell(self, jpeg_of: Callable[[Analysis], bytes]) -> str:
+        """Return what a browser shows of the last result until its page is built, with its picture; "" without."""
+        with self.held:
+            found, number, html = self._shown, self.results, dict(self._html)
+        if found is None or not (jpeg := jpeg_of(found)):
+            return ""
+        strip, poses = (f'<div name="{name}">{html[name]}</div>' for name in ("strip", "candidates"))
+        picture = f'<img alt="" src="data:image/jpeg;base64,{base64.b64encode(jpeg).decode()}">'
+        return f'<div id="shell" data-result="{number}">{strip}{picture}{poses}</div>'
+
     def send_aside(self, name: str, data: Any) -> None:
         """Send what is too long for every message; a browser that comes later gets what was sent last."""
         self._aside.content = data_html(name, data)
@@ -66,6 +79,7 @@ class LivePage:
 
     def show(self, analysis: Analysis) -> None:
         """Send what the panels put, and the HTML of all places."""
+        self._shown, self.results = analysis, self.results + 1
         for name, html_of in self._html_of.items():
             self._html[name] = html_of(analysis)
         self.send()

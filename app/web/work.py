@@ -2,7 +2,6 @@
 
 import threading
 from collections.abc import Callable
-from typing import Any
 
 import viser
 from dockpose.app.processing.background import CancelledError, Progress
@@ -29,8 +28,9 @@ class BackgroundWork:
         with self._lock:
             if self._running is None:
                 progress = Progress(self._tell)
-                arguments: tuple[Any, ...] = work, progress, client
-                thread = threading.Thread(target=self._run, args=arguments, name="dockpose task", daemon=True)
+                thread = threading.Thread(
+                    target=self._run, args=(work, progress, client), name="dockpose task", daemon=True
+                )
                 self._running = thread, progress
                 thread.start()
                 return True

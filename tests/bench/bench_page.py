@@ -25,7 +25,7 @@ RATE_HZ, PLAYED_FRAMES = 30, 240
 RATE_SHARE, LEAST_HZ = 0.95, 25.0  # of 30 frames/s, or of the bare page's rate where that is less; and in any case
 LEAST_FILM_HZ = 28.0  # of a film of a photographed ring
 SLIDER_MS, DOCKS_MS = 100.0, 150.0  # from a slider to what follows it, and to both docks in 3D
-FIRST_PAGE_S = 2.5
+FIRST_PAGE_S, FIRST_RESULT_S = 1.8, 0.7  # from the command, from navigation
 MEMORY_S = 600.0  # how long sliders move while memory is watched
 WARM_UP = 0.4  # of that time, in which caches still fill
 GROWTH_MB = 25.0  # at most, from the warm-up to the end, on either side
@@ -96,6 +96,7 @@ class Served:
         # Python keeps what it compiled of the program, as it does for users, but beside the tests.
         kept = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(settings_folder.parent / "bytecode")}
         environment = os.environ | {"XDG_CONFIG_HOME": str(settings_folder)} | kept
+        self.began_s = time.time()
         ours = ["-m", "dockpose.app.cli", "serve", "--port", "0"]
         command = [sys.executable, *(["-c", _BARE] if bare else ours), *arguments]
         self.process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
@@ -355,33 +356,41 @@ def test_playing_a_film_of_a_photographed_ring(browser, serve, tmp_path):
     assert min(rates.values()) >= LEAST_FILM_HZ
 
 
-# When the poses' table was first on the page, in seconds since 1970.
+# When the page had a result first, and when all of it was the live page's, each once that was drawn, in its own clock.
 _WATCH_FIRST = """
-new MutationObserver((changes, watch) => {
-  if (document.querySelector("#candidates tbody tr td") === null) return;
-  window.first = (performance.timeOrigin + performance.now()) / 1000;
-  watch.disconnect();
+window.first = {};
+new MutationObserver(() => {
+  const note = (kind, isThere) => {
+    if (!isThere || kind in first) return;
+    first[kind] = NaN;
+    requestAnimationFrame(() => setTimeout(() => { first[kind] = performance.now(); }));
+  };
+  note("result", document.querySelector("#candidates tbody tr td"));
+  note("live", document.querySelector("dockpose-live[name=candidates] td") && !document.getElementById("shell"));
 }).observe(document, { childList: true, subtree: true });
 """
 
 
 def test_first_page_with_a_result(browser, serve):
-    """From the command, and from when the address was asked for."""
-    times, shown = [], []
-    for _ in range(3):
-        began = time.time()
+    figures = []
+    for _ in range(4):
         served = serve()
         page = browser.new_page(viewport={"width": 1366, "height": 768})
         page.add_init_script(_WATCH_FIRST)
         page.goto(served.address)
-        page.locator("#candidates tbody tr td").first.wait_for()
-        first, asked = page.evaluate("[window.first, performance.timeOrigin / 1000]")
-        times.append(first - began)
-        shown.append(first - asked)
+        page.wait_for_function("() => first.live > 0")
+        result, live, origin = page.evaluate("[first.result, first.live, performance.timeOrigin]")
+        figures.append(((origin + result) / 1000 - served.began_s, result / 1000, live / 1000))
         page.close()
-    print(f"\ncommand to first result       | {', '.join(f'{one:.2f}' for one in times)} s (asked {FIRST_PAGE_S:.1f})")
-    print(f"navigation to first result    | {', '.join(f'{one:.2f}' for one in shown)} s")
-    assert min(times[1:]) <= FIRST_PAGE_S
+    best = np.min(figures[1:], axis=0)
+    for what, times in zip(
+        ("command to first result", "navigation to it", "navigation to the live page"),
+        zip(*figures, strict=True),
+        strict=True,
+    ):
+        print(f"\n{what:27} | {', '.join(f'{one:.2f}' for one in times)} s", end="")
+    assert best[0] <= FIRST_PAGE_S
+    assert best[1] <= FIRST_RESULT_S
 
 
 def test_memory_while_sliders_move(browser, serve, large):

@@ -152,7 +152,7 @@ class Page:
     def open(self):
         self.page.goto(f"{self.app.address}&fixedDpr=0.1")  # the 3D scene costs as little as it can
         self.page.get_by_role("tab", name="Settings", exact=True).wait_for()  # the last that comes
-        self.page.locator("#candidates tbody tr").first.wait_for()
+        self.page.locator("dockpose-live #candidates tbody tr").first.wait_for()
 
     def row(self, label):
         name = self.page.locator("label", has_text=re.compile(rf"^{re.escape(label)}$"))

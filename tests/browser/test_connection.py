@@ -24,8 +24,8 @@ def test_a_page_says_that_the_program_stopped_and_comes_back_by_itself(browser, 
     with visit(browser, None) as page:
         with App(port=port, options=options) as page.app:
             page.page.goto(page.app.address)
-            page.page.locator("#candidates tbody tr").first.wait_for()
-            assert page.page.title() == "dockpose"
+            page.page.locator("dockpose-live #candidates tbody tr").first.wait_for()
+            assert page.page.title().startswith("dockpose")
             page.choose("Sample scene", "tilted")
             page.until(lambda: page.has_found("tilted"))
         banner = page.page.get_by_role("alert").filter(has_text="has stopped")
@@ -33,7 +33,7 @@ def test_a_page_says_that_the_program_stopped_and_comes_back_by_itself(browser, 
         assert f"dockpose serve --port {port}" in banner.inner_text()
         with App(port=port, options=options) as page.app:
             banner.wait_for(state="hidden")
-            page.page.locator("#candidates tbody tr").first.wait_for()
+            page.page.locator("dockpose-live #candidates tbody tr").first.wait_for()
             page.until(lambda: page.has_found("tilted"))
 
 
@@ -57,7 +57,7 @@ def test_a_page_below_a_path_asks_for_all_of_it_there(browser, page):
 
         other.page.route("**/*", forward)
         other.page.goto(page.app.address.replace("/?", "/dock/?"))
-        other.page.locator("#candidates tbody tr").first.wait_for()
+        other.page.locator("dockpose-live #candidates tbody tr").first.wait_for()
         assert [url for url in asked if "/dock/" not in url and url.startswith("http")] == []
 
 

@@ -64,10 +64,16 @@ def is_ours(camera):
     return camera is not None and not any(camera.distortion) and changed(camera, distortion=()) == CAMERA
 
 
-class Day:
-    """Presses what the guide names, in its order, and counts."""
+# Whether the keys are at an element, or within it.
+IS_AT = "one => one.contains(document.activeElement)"
+MOST_TABS = 150  # from one end of the page to the other
 
-    def __init__(self, page):
+
+class Day:
+    """Presses what the guide names, in its order, and counts; by keys alone where that is asked for."""
+
+    def __init__(self, page, *, by_keys=False):
+        self.by_keys = by_keys
         text = Path("docs/first-day.md").read_text(encoding="utf-8")
         told = text.partition("## The same day on the page")[2].partition("\n## ")[0]
         self.names, self.page = re.findall(r"\*([^*]+)\*", told), page
@@ -82,30 +88,51 @@ class Day:
 
     def click(self, locator):
         self.clicks += 1
-        locator.click()
+        if not self.by_keys:
+            locator.click()
+            return
+        one, keyboard = locator.element_handle(), self.page.page.keyboard
+        for _ in range(MOST_TABS):
+            if one.evaluate(IS_AT):
+                break
+            keyboard.press("Tab")
+        assert one.evaluate(IS_AT), f"{MOST_TABS} presses of Tab do not lead to {locator}"
+        if not one.evaluate("one => one.matches('input, textarea')"):
+            keyboard.press("Enter")
 
     def press(self, name):
         """Press a button or a tab that is in sight, the next that the guide names."""
         assert self.names.pop(0) == name
+        self.go(name)
+
+    def go(self, name):
+        """Press a button or a tab, whether or not the guide names it next."""
         shown = re.compile(rf"^\W*{re.escape(name)}$")  # some have an arrow before it
         button, tab = (self.page.page.get_by_role(role, name=shown) for role in ("button", "tab"))
         self.click(button.or_(tab).locator("visible=true").first)
 
-    def send(self, name, *files):
+    def send(self, name, *files, is_named=True):
         with self.page.page.expect_file_chooser() as chooser:
-            self.press(name)
+            (self.press if is_named else self.go)(name)
         chooser.value.set_files([{"name": name, "mimeType": "", "buffer": data} for name, data in files])
 
 
 @pytest.fixture
-def page(browser, root, tmp_path):
+def root(tmp_path):
+    """The folder of the day's session."""
+    return tmp_path / "sessions"
+
+
+@pytest.fixture
+def page(browser, root):
     with App(port=0, options=Options(sessions=root)) as app, visit(browser, app) as own:
         own.open()
         yield own
 
 
-def test_a_newcomer_s_day(page, root, tmp_path):
-    day, pictures = Day(page), [render(scene(z_m))[0] for z_m in RANGES_M]
+@pytest.mark.parametrize("by_keys", [False, True], ids=["mouse", "keys"])
+def test_a_newcomer_s_day(page, root, tmp_path, by_keys):
+    day, pictures = Day(page, by_keys=by_keys), [render(scene(z_m))[0] for z_m in RANGES_M]
     with day.step("own picture with own camera"):
         day.send("Load a camera file", ("camchain.yaml", KALIBR.encode()))
         page.until(lambda: is_ours(page.app.view.tank.camera))
@@ -125,9 +152,9 @@ def test_a_newcomer_s_day(page, root, tmp_path):
         day.press("Compare")
         page.page.locator("dockpose-compare canvas[data-drawn]").nth(8).wait_for()
     day.press("Back to the picture")
-    page.tab("Source")
+    day.go("Source")
     names = [f"tank{number:02d}.png" for number in range(2, 11)]
-    page.send("Upload pictures", *zip(names, map(as_png, pictures[1:]), strict=True))
+    day.send("Upload pictures", *zip(names, map(as_png, pictures[1:]), strict=True), is_named=False)
     page.until(lambda: page.app.kept.names()[-1:] == names[-1:] and page.has_found(names[-1]))
     page.page.evaluate("document.activeElement.blur()")
     day.press("Log")

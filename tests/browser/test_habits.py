@@ -38,7 +38,7 @@ def test_first_visit_is_shown_around_in_five_steps_which_come_back_only_when_ask
         strip.get_by_text(STEPS[0]).wait_for()
         strip.get_by_role("button", name="Skip").click()
         page.page.reload()
-        page.page.locator("#candidates tbody tr").first.wait_for()
+        page.page.locator("dockpose-live #candidates tbody tr").first.wait_for()
         page.page.locator("dockpose-steps").wait_for(state="hidden")
         assert page.page.locator("[data-step-here]").count() == 0
 
@@ -185,7 +185,7 @@ def test_reload_in_mid_drag(page):
     for step in range(1, 15):
         page.page.mouse.move(x + 3 * step, y)
     page.page.reload()
-    page.page.locator("#candidates tbody tr").first.wait_for()
+    page.page.locator("dockpose-live #candidates tbody tr").first.wait_for()
     page.until(lambda: page.z_cm is not None)
     page.page.mouse.up()
     page.until(lambda: page.app.wait_until_idle(0.1) and "Dock found" in page.status)

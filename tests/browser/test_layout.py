@@ -119,7 +119,7 @@ def test_all_that_is_touched_is_40_pixels_large(page, browser, name):
     wide, high = SIZES[name]
     with visit(browser, page.app, viewport={"width": wide, "height": high}, has_touch=True, is_mobile=True) as other:
         other.page.goto(f"{page.app.address}&fixedDpr=0.1")
-        other.page.locator("#candidates tbody tr").first.wait_for()
+        other.page.locator("dockpose-live #candidates tbody tr").first.wait_for()
         for part in PARTS:
             scroll_to(other, part)
             assert other.page.evaluate(MEASURE, LEAST | {"leastTargetPx": 40}) == [], part
@@ -129,7 +129,7 @@ def test_a_finger_on_the_whole_picture_scrolls_the_page_and_pans_one_that_is_zoo
     wide, high = SIZES["phone"]
     with visit(browser, page.app, viewport={"width": wide, "height": high}, has_touch=True, is_mobile=True) as other:
         other.page.goto(f"{page.app.address}&fixedDpr=0.1")
-        other.page.locator("#candidates tbody tr").first.wait_for()
+        other.page.locator("dockpose-live #candidates tbody tr").first.wait_for()
         other.page.locator(f"{STAGE}[data-fits]").wait_for()
         session = other.page.context.new_cdp_session(other.page)
         stage = box(other, STAGE)
@@ -399,7 +399,7 @@ def test_no_part_moves_when_a_tab_is_pressed_on_a_first_visit_and_after_each_rel
             other.page.wait_for_function("name => sessionStorage.getItem('dockpose tabs').includes(name)", arg=tool)
             other.page.reload()
             other.page.locator(f"{RIGHT} [role=tab][aria-selected=true]", has_text=tool).wait_for()
-            other.page.locator("#candidates tbody tr").first.wait_for()
+            other.page.locator("dockpose-live #candidates tbody tr").first.wait_for()
             assert settled(other) == before
 
 
@@ -449,7 +449,7 @@ def test_bars_share_the_room_and_each_browser_remembers(page, browser):
         narrower, lower = box(other, LEFT)["width"], box(other, CANVAS)["height"]
         assert (narrower, lower) == (pytest.approx(left - 150, abs=2), pytest.approx(high - 60, abs=2))
         other.page.reload()
-        other.page.locator("#candidates tbody tr").first.wait_for()
+        other.page.locator("dockpose-live #candidates tbody tr").first.wait_for()
         assert box(other, LEFT)["width"] == pytest.approx(narrower, abs=1)
         other.until(lambda: box(other, CANVAS)["height"] == pytest.approx(lower, abs=1))
     assert box(page, LEFT)["width"] == left  # the other browser has its own
@@ -497,7 +497,7 @@ def test_3d_view_and_tools_are_put_away_and_come_back(page, browser):
         assert box(other, RIGHT)["top"] < tools_at - 100
         assert other.page.get_by_role("button", name="Dock close-up").count() == 0
         other.page.reload()
-        other.page.locator("#candidates tbody tr").first.wait_for()
+        other.page.locator("dockpose-live #candidates tbody tr").first.wait_for()
         assert away.get_attribute("aria-pressed") == "false"
         away.click()
         other.until(lambda: box(other, CANVAS)["right"] == LAPTOP[0])

@@ -82,11 +82,13 @@ def test_verdict_figures_and_reasons_are_whole_at_every_width_and_nothing_is_ove
 def test_words_have_two_lines_beneath_the_figures_and_the_next_step_is_a_button(browser):
     with App(port=0) as app, visit(browser, app) as seen:
         seen.open()
-        for name in ("green", "lost"):
+        cut = "all => all.filter((one) => one.scrollWidth > one.clientWidth).map((one) => one.textContent)"
+        for name in ("assumed", "three chips", "green", "lost"):
             app.change(PICTURED[name], reload=True)
             assert app.wait_until_idle(60)
             seen.until(lambda: app.view.source in seen.page.locator("#source").inner_text())
             seen.until(lambda: seen.page.locator("#strip").bounding_box()["height"] == 68)
+            assert seen.page.locator("dockpose-jobs .chip").evaluate_all(cut) == []
         following = seen.page.locator("dockpose-jobs .next")
         assert following.inner_text() == "Look at all methods"
         following.click()

@@ -14,7 +14,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state import changes as choices
 from dockpose.app.state.parameters import DETECTION
 from dockpose.app.state.view import MeasuredPose, View
-from dockpose.app.web.html import help_link, pose_name, row, small, table, wide_row
+from dockpose.app.web.html import help_link, pose_name, row, small, tab_link, table, wide_row
 from dockpose.app.web.page import Page
 from dockpose.app.web.widgets import Panel, Slider
 from dockpose.pose.circle import CirclePose
@@ -49,12 +49,6 @@ def thrown_out_sentence(found: Estimate) -> str:
     return " ".join(parts) or "Nothing was masked or thrown out."
 
 
-def detect_html(analysis: Analysis) -> str:
-    """What the threshold keeps, and what was left out of it."""
-    sentences = threshold_sentence(analysis.estimate), thrown_out_sentence(analysis.estimate)
-    return small("<br>".join(map(escape, sentences)))
-
-
 class DetectPanel(Panel):
     """Method, level, smallest group, and kind of centre."""
 
@@ -69,7 +63,8 @@ class DetectPanel(Panel):
         self._level = Slider(app, DETECTION["level"], self._with_fixed_level)
         self._min_area = Slider(app, DETECTION["min_area_px"])
         self.add_value("dropdown", "centroid")
-        app.live.place("detect", detect_html)
+        told = threshold_sentence, thrown_out_sentence
+        app.live.place("detect", lambda now: small("<br>".join(escape(say(now.estimate)) for say in told)))
 
     def load(self, view: View) -> None:
         """Set the controls."""
@@ -124,7 +119,9 @@ def errors_html(analysis: Analysis, name: str) -> str:
     if error is not None:
         words = f"The chosen pose is {escape(str(error))}."
     if not rows:
-        rows.append(wide_row("No pose to compare: try another level above, or see all methods in <b>Compare</b>.", 6))
+        rows.append(
+            wide_row(f"No pose to compare: try another level above, or {tab_link('Compare', 'all methods')}.", 6)
+        )
     return table(f"errors-{name}", QUANTITIES, rows, f"Estimated minus {name}. {words}")
 
 

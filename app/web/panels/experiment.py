@@ -19,7 +19,7 @@ from dockpose.app.resources import read_toml
 from dockpose.app.state.camera import camera_file, dock_file
 from dockpose.app.state.changes import with_measured
 from dockpose.app.state.view import View
-from dockpose.app.web.charts import ErrorCharts
+from dockpose.app.web.charts import CHARTS, Chart, error_points
 from dockpose.app.web.choices import Client, on_person
 from dockpose.app.web.html import help_link, name_around, small
 from dockpose.app.web.page import Page
@@ -44,7 +44,6 @@ class ExperimentPanel(Panel):
         self._has_begun = False  # whether a session was begun or chosen since the start
         self._chosen_row: int | None = None  # whose boxes are shown; None for the next frame's
         self._drafts: dict[int | None, log_rows.Texts] = {}
-        self._page_number, self._said = 1, ""
         self.take = self.trying(self._take)
         self._heard = deque[int](maxlen=8)  # numbers of requests to take
         self._add_session()
@@ -111,8 +110,7 @@ class ExperimentPanel(Panel):
 
     def _add_rows(self) -> None:
         self._table = self.gui.add_html("")
-        self._page = self.add("slider", "page", self.trying(self._turn_page))
-        self._charts = ErrorCharts(self.gui)
+        self._charts = [Chart(self.gui, title, marks) for title, marks in CHARTS.items()]
         self._what = self.add("dropdown", "what", options=tuple(WHAT))
         self._save = self.add("button", "save", self.trying(self._download))
         self._check = self.add("button", "check", self.trying(self._check_tape))
@@ -176,7 +174,7 @@ class ExperimentPanel(Panel):
             self._session.close()
         self._show_row(None)
         self._drafts.clear()
-        self._session, self._page_number, self._has_begun = session, 1, True
+        self._session, self._has_begun = session, True
         self._show_session(said)
 
     def _take(self, client: Client, boxes: Mapping[str, str] = MappingProxyType({})) -> None:
@@ -221,11 +219,6 @@ class ExperimentPanel(Panel):
             self._show_rows(said)
         self.app.notify("Saved", said, "green", client)
 
-    def _turn_page(self, client: Client) -> None:
-        with self._lock:
-            self._page_number = int(self._page.value)
-            self._show_rows(self._said)
-
     def _rows(self) -> tuple[Row, ...]:
         return () if self._session is None else self._session.rows
 
@@ -240,17 +233,11 @@ class ExperimentPanel(Panel):
         self._show_rows(said)
 
     def _show_rows(self, said: str) -> None:
-        self._said, rows = said, self._rows()
-        last = log_rows.pages(len(rows))
-        self._page_number = min(max(self._page_number, 1), last)
-        self._page.visible, self._page.max = last > 1, max(2, last)
-        self._page.value = self._page_number
-        numbers = [row.number for row in log_rows.rows_on_page(rows, self._page_number)]
-        if self._chosen_row is not None and self._chosen_row not in numbers:
-            numbers.insert(0, self._chosen_row)
-        self._target.options = [target_name(number) for number in (None, *numbers)]
-        self._table.content = "" if self._session is None else log_rows.session_table(rows, self._page_number)
-        self._charts.show(rows)
+        rows = self._rows()
+        self._target.options = [target_name(number) for number in (None, *(row.number for row in reversed(rows)))]
+        self._table.content = "" if self._session is None else log_rows.session_table(rows)
+        for chart in self._charts:
+            chart.show(error_points(rows, chart.which))
         self._show_checked(None)
         folder = None if self._session is None else self._session.folder
         self._words.content = log_rows.state_html(folder, len(rows), said)

@@ -1,6 +1,5 @@
 """Rows of the log: boxes for what was measured by hand, and the table "estimated (measured)" as HTML, by pages."""
 
-import math
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -25,14 +24,11 @@ _SAID = read_toml("controls.toml")["measured"]
 # Contents of the boxes, by column of results.csv, "notes" included.
 Texts = dict[str, str]
 BLANK: Texts = dict.fromkeys(EDITABLE, "")
-ROWS_A_PAGE = 10
+MOST_ROWS = 100  # in the table, which is sent anew with each
 _CELL = "padding: 0.1em 0.25em; text-align: right; font-variant-numeric: tabular-nums; vertical-align: top"
 _LINE = "border-top: 1px solid rgba(128,128,128,0.35)"
 _LONGEST_NOTE = 200
-_NOTE = (
-    "Each row: estimated, (measured), and by how much the estimate is off. Mean and RMS are over all rows, also those "
-    "on other pages."
-)
+_NOTE = "Each row: estimated, (measured), and by how much the estimate is off. Mean and RMS are over all rows."
 _TO_BEGIN = "To begin, take a frame: that starts a session called after the day. Or name one, or choose one, below."
 
 
@@ -89,22 +85,11 @@ class MeasuredFields:
                 box.value = texts[name]
 
 
-def pages(number: int) -> int:
-    """How many pages so many rows have."""
-    return max(1, math.ceil(number / ROWS_A_PAGE))
-
-
-def rows_on_page(rows: Sequence[Row], page: int) -> list[Row]:
-    """The rows of a page, from 1, the newest first."""
-    last = len(rows) - (page - 1) * ROWS_A_PAGE
-    return list(reversed(rows[max(0, last - ROWS_A_PAGE) : max(0, last)]))
-
-
-def session_table(rows: Sequence[Row], page: int) -> str:
-    """The table, with the number of rows shown and in all."""
+def session_table(rows: Sequence[Row]) -> str:
+    """The table of the newest rows, with the number of these and of all."""
     if not rows:
         return small("No frame was taken yet.")
-    shown = rows_on_page(rows, page)
+    shown = rows[: -MOST_ROWS - 1 : -1]
     lines = []
     for name, cells in summaries(rows).items():
         columns, short = "".join(f'<td style="{_CELL}">{cell}</td>' for cell in cells), name.replace(" error", "")

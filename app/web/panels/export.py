@@ -19,9 +19,7 @@ from dockpose.camera import mark
 
 WHAT = read_toml("controls.toml")["export"]["files"]
 _RENDER_S = 20.0
-_NOT_DRAWN = (
-    f"The browser did not draw the 3D view within {_RENDER_S:.0f} s. Keep this page in front while it is saved."
-)
+_NOT_DRAWN = f"The browser did not draw the 3D view in {_RENDER_S:.0f} s. Keep this page in front while it is saved."
 _WORDS = (
     "Files go to this browser's downloads and hold the picture and the numbers as shown now; the annotated picture has "
     "the layers that are shown over the picture here."
@@ -44,17 +42,13 @@ class ExportPanel(Panel):
         """Draw on the annotated picture what a browser shows over its own, and the numbers."""
         self._layers[client.client_id] = [name for name in LAYERS if name in (*layers, "scale", "text")]
 
-    def layers(self, client: Client) -> Sequence[str]:
-        """The layers to draw on the annotated picture for a browser."""
-        return self._layers.get(client.client_id, DRAWN)
-
     def _save(self, client: Client) -> None:
-        analysis, layers, name = self.analysis, self.layers(client), WHAT.get(self._what.value)
+        analysis, name = self.analysis, WHAT.get(self._what.value)
         if analysis is None or name is None:
             return
 
         def make(progress: Progress) -> bytes:
-            files = self._files(analysis, client, layers)
+            files = self._files(analysis, client)
             if name not in files:
                 raise UserError(f"{analysis.view.source}: there is no {name}: {analysis.estimate.message}")
             return files[name]()
@@ -63,12 +57,12 @@ class ExportPanel(Panel):
 
     def save_all(self, client: Client) -> None:
         """Save everything as one ZIP file, in the downloads of this browser."""
-        analysis, layers = self.analysis, self.layers(client)
+        analysis = self.analysis
         if analysis is None:
             return
 
         def make(progress: Progress) -> bytes:
-            files = self._files(analysis, client, layers)
+            files = self._files(analysis, client)
             try:
                 seen = files["view_3d.png"]()
                 files["view_3d.png"] = lambda: seen
@@ -79,7 +73,8 @@ class ExportPanel(Panel):
 
         self.app.work.save(client, bundle_name(analysis.view.source), make)
 
-    def _files(self, analysis: Analysis, client: Client, layers: Sequence[str]) -> Files:
+    def _files(self, analysis: Analysis, client: Client) -> Files:
+        layers = self._layers.get(client.client_id, DRAWN)
         files = picture_files(analysis, layers=layers, sha256=analysis.view.sha256)
         server = self.app.server
         saved = {"view_3d.png": partial(view_picture, client), "view_3d.html": lambda: page_of_scene(server).encode()}

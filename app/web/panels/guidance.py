@@ -40,26 +40,19 @@ class GuidancePanel(Panel):
     def _age_s(self) -> float:
         return time.monotonic() - self._seen_s
 
-    @property
-    def _is_live(self) -> bool:
-        player = self.app.player
-        return player is not None and player.frames.is_live
-
     def _watch(self, say_stale: Callable[[int], object], ended: threading.Event) -> None:
         told = 0
         while not ended.wait(_LOOKED_EVERY_S):
             with self.app.live.held:  # or a picture that comes just now would be greyed out
-                age_s = self._age_s if self.analysis is not None and self._is_live else 0.0
+                player = None if self.analysis is None else self.app.player
+                age_s = self._age_s if player is not None and player.frames.is_live else 0.0
                 old, told = told, int(age_s) if age_s > STALE_S else 0
                 if told != old:
                     say_stale(told)
 
 
 _WAY = "along (cm)", "across (cm)", "above (cm)", "yaw off (°)", "pitch off (°)"
-_AXES = {
-    frame: tuple(f"{name} (cm)" for name in names)
-    for frame, names in {"frd": ("x ahead", "y right", "z down"), "flu": ("x ahead", "y left", "z up")}.items()
-}
+_AXES = {"frd": ("x ahead (cm)", "y right (cm)", "z down (cm)"), "flu": ("x ahead (cm)", "y left (cm)", "z up (cm)")}
 _TARGETS = {"entrance": "entrance", "standoff": "stand-off"}
 
 

@@ -9,12 +9,14 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.camera import in_force_words
 from dockpose.app.state.tank import tank_words
 from dockpose.app.state.view import View
-from dockpose.app.web.html import pose_name, result_cells, row, sigma_cells, table, wide_row
+from dockpose.app.web.html import pose_name, result_cells, row, sigma_cells, tab_link, table, wide_row
 from dockpose.app.web.page import Page
 from dockpose.app.web.scene.viewpoints import NAMES
 from dockpose.app.web.widgets import Panel
 
-NO_POSE = "No dock found here. Look at all methods in <b>Compare</b>, or try another level in <b>Detect</b>."
+NO_POSE = (
+    f"No dock found here. Look at {tab_link('Compare', 'all methods')}, or try {tab_link('Detect', 'another level')}."
+)
 COLUMNS = (*QUANTITIES, "likely (%)", "error (px)")
 STALE = '<div role="status">What is shown is old: the source gives no new picture.</div>'
 EXPLANATION = (
@@ -90,7 +92,8 @@ def origin_html(view: View, is_saved: bool, browsers: int, line: str) -> str:
     """Return the picture's name, My tank and whether it is in force, how many browsers there are, and the search."""
     state = "" if is_saved or not view.tank.name else " (changed since it was saved)"
     other = in_force_words(view)
-    in_force = f' · <span id="in-force">{escape(other)}</span>' if other else ""
+    made = ", simulated" if view.scene is not None or view.list_name == "samples" else ""
+    in_force = made + (f' · <span id="in-force">{escape(other)}</span>' if other else "")
     # Where there is no room for all.
     tank = tank_words(view.tank)
     told = escape(". ".join(filter(None, (view.source, other, tank, line))))

@@ -42,7 +42,8 @@ class SequencePanel(Panel):
         self._speed = "1"
         area = self.gui.add_folder(None)
         with area:
-            self._choice = self.add("dropdown", "choice", self._choose, options=(NONE_CHOSEN,))
+            choose = lambda client: self.choose(self._choice.value, client)  # noqa: E731
+            self._choice = self.add("dropdown", "choice", choose, options=(NONE_CHOSEN,))
         self.add_upload(area, "upload", self.take)
         self.gui.add_html('<dockpose-live name="sequence" id="sequence"></dockpose-live>')
         self._camera = LiveControls(app)
@@ -61,9 +62,6 @@ class SequencePanel(Panel):
             return
         given, root, scene = self.app.given, self.app.options.folder, scene_of(self.app.view)
         self._try(lambda: choose(name, given, root, scene), client)
-
-    def _choose(self, client: Client) -> None:
-        self.choose(self._choice.value, client)
 
     def take(self, data: bytes, name: str, client: Client) -> None:
         """Open an uploaded video, in the same way."""

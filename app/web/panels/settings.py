@@ -16,6 +16,9 @@ from dockpose.app.web.widgets import Panel
 _SOFTWARE = "This browser has no graphics card to draw with: the 3D view turns slowly, and rests while frames play."
 _STEPS_AGAIN = '<div class="steps-again"><button type="button" data-steps-again>Show the first steps</button></div>'
 
+_STEPS = escape(json.dumps(read_toml("controls.toml")["settings"]["steps"]))
+STEPS_HTML = f'<dockpose-steps steps="{_STEPS}"></dockpose-steps>'  # until a browser has skipped or done them
+
 
 class SettingsPanel(Panel):
     """Buttons, and the same in the command palette (Ctrl+K) with their keys; ``acts`` are those of other panels."""
@@ -54,12 +57,6 @@ class SettingsPanel(Panel):
         self._memory.change(dark=bool(is_dark))
         _paint(self.gui, bool(is_dark))
         self._dark.value = bool(is_dark)
-
-
-def steps_html() -> str:
-    """The element with the steps of a first visit, which a browser shows until they were skipped or done there."""
-    steps = json.dumps(read_toml("controls.toml")["settings"]["steps"])
-    return f'<dockpose-steps steps="{escape(steps)}"></dockpose-steps>'
 
 
 def _paint(gui: viser.GuiApi, is_dark: bool) -> None:

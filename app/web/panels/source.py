@@ -41,7 +41,7 @@ class SourcePanel(Panel):
             self._uploaded = self.add("dropdown", "uploaded", self._opening("uploads"), options=none)
             self._forget = self.add("button", "forget", self._forget_uploads)
             folders = "." if root is None else folders_below(root)
-            with_folder = self.changing(self._with_folder, reload=False)
+            with_folder = self.changing(lambda view: (self._list_files(None), view)[1], reload=False)
             self._folder = self.add("dropdown", "folder", with_folder, options=tuple(folders), visible=is_there)
             self._file = self.add("dropdown", "file", self._opening("folder"), options=none, visible=is_there)
         self._choices = {"samples": self._sample, "uploads": self._uploaded, "folder": self._file}
@@ -103,11 +103,6 @@ class SourcePanel(Panel):
             return with_sample(view, sample_names()[0]) if is_forgotten else view
 
         self.change(without_uploads, client, reload=True)
-
-    def _with_folder(self, view: View) -> View:
-        """List the pictures of the chosen folder; the picture that is shown stays."""
-        self._list_files(None)
-        return view
 
     def _list_files(self, chosen: str | None) -> None:
         root = self._roots["folder"]

@@ -1,5 +1,6 @@
 """Access control, which viser lacks: only requests of the page itself pass, from a browser that has shown the token."""
 
+import asyncio
 import contextlib
 import hmac
 import ipaddress
@@ -11,7 +12,7 @@ from urllib.parse import SplitResult, parse_qs, urlsplit
 
 from dockpose.app.web.server.connections import SETTINGS, Connections
 from dockpose.app.web.server.journal import JOURNAL, SOCKETS_LOG, client_of
-from dockpose.app.web.server.pages import LOOK_PATH, Page
+from dockpose.app.web.server.pages import LOOK_PATH, MADE_HERE, Page
 from dockpose.app.web.server.viser_private import serving_through
 from dockpose.text import printable
 from websockets import Headers
@@ -55,6 +56,7 @@ class Guard:
         self._origins = {name for name in more if "://" in name}
         self._names = {*LOOPBACK_NAMES, host.lower(), *more, *(_split(name).hostname or "" for name in self._origins)}
         self.on_look: Callable[[Headers], None] = lambda headers: None  # called where a browser's look has changed
+        self.made: dict[str, Callable[[], str]] = {}  # what pages have for this request alone, by their paths
         # Anyone can make a name point here (DNS rebinding), but not a bare address.
         self._takes_addresses = host not in LOOPBACK_NAMES
 
@@ -85,7 +87,7 @@ class Guard:
         """Whether a request has the token: in its cookies, or its address unless it opens a WebSocket."""
         in_address = [] if is_upgrade(headers) else parse_qs(path.partition("?")[2]).get("token", [])
         shown = (*in_address, *_cookies(headers, cookie_name(headers.get("Host", ""))))
-        return any(_same(one, self.token) for one in shown)
+        return any(hmac.compare_digest(one.encode(errors="surrogateescape"), self.token.encode()) for one in shown)
 
     def _is_ours(self, origin: str, host: str) -> bool:
         return _split(origin).netloc == host or origin in self._origins
@@ -127,6 +129,11 @@ def guarded(guard: Guard, pages: Mapping[str, Page]) -> AbstractContextManager[N
     def serve(real: Any, *arguments: Any, process_request: Any, **keywords: Any) -> Any:
         async def check(connection: Any, request: Request) -> Response | None:
             answer = _answer(guard, pages, connection, request, process_request)
+            make = guard.made.get(request.path.partition("?")[0])
+            if make is not None and answer is not None and answer.status_code == 200:
+                answer.body = answer.body.replace(MADE_HERE, (await asyncio.to_thread(make)).encode(), 1)
+                del answer.headers["Content-Length"]
+                answer.headers["Content-Length"] = str(len(answer.body))
             if answer is None and not await connections.admit(connection):
                 answer = _response(503, "Service Unavailable", Page("text/plain", b"Too many pages are opened.\n"))
             return answer
@@ -183,8 +190,3 @@ def _split(address: str) -> SplitResult:
         return urlsplit(address)
     except ValueError:
         return SplitResult("", "", "", "", "")
-
-
-def _same(one: str, other: str) -> bool:
-    """Compare in constant time."""
-    return hmac.compare_digest(one.encode(errors="surrogateescape"), other.encode())

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from dockpose.app.resources import static_path
 from dockpose.app.web.server.viser_private import page_html
 
+MADE_HERE = b"<!-- made for each request -->"  # in a page: what the guard's ``made`` has for its path
 LOOK_PATH = "/look"  # asked for where a browser's look changed; that browser's own pages alone are told
 # The styles and the first scripts stand in the page itself, which would wait for them.
 _STYLES = ("page.css", "view.css", "viser.css", "modes.css")
@@ -37,7 +38,7 @@ def own_pages() -> dict[str, Page]:
         "/index.html": front,
         **{f"/{name}": Page(script, static_path(name).read_bytes()) for name in (*_SCRIPTS, *_MODULES)},
         "/icon.svg": Page("image/svg+xml", static_path("icon.svg").read_bytes()),
-        "/alive": Page("text/plain; charset=utf-8", b"alive"),
+        "/alive": Page("text/plain; charset=utf-8", MADE_HERE),
         LOOK_PATH: Page("text/plain; charset=utf-8", b""),
         "/help": Page(html, help_page().encode()),
     }
@@ -50,13 +51,19 @@ def help_page() -> str:
 
 def with_ours(html: str) -> str:
     """Give viser's page our name, icon, style and scripts, at addresses that hold below a proxy's path too."""
-    html = re.sub(r"<title>[^<]*</title>", "<title>dockpose</title>", html, count=1)
+    html = re.sub(r"<title>[^<]*</title>", "<title>dockpose: where a dock is, by its lights</title>", html, count=1)
     html = re.sub(r"<link\s+rel=\"icon\"[^>]*>", _ICON, html, count=1)
     style, first = ("\n".join(map(_text, names)) for names in (_STYLES, _FIRST_SCRIPTS))
     scripts = "".join(f'<script src="{name}" defer></script>' for name in _SCRIPTS)
     modules = "".join(f'<script type="module" src="{name}"></script>' for name in _MODULES)
     tags = f"<style>{style}</style><script>{first}</script>{scripts}{modules}"
-    return html.replace("</head>", f"{tags}</head>", 1)
+    start, end = html.index("<script"), html.index("</head>")
+    loader, before = (
+        html[start:end],
+        f'{MADE_HERE.decode()}<div id="root">',
+    )  # viser's comes last: it holds up what follows
+    html = html[:start] + tags + html[end:].replace('<div id="root">', before, 1)
+    return html.replace("</body>", f"{loader}</body>", 1)
 
 
 def _text(name: str) -> str:

@@ -13,8 +13,8 @@ MINE = Tank("", CAMERA, Dock(0.45, 8))
 
 
 def test_words_have_name_fx_size_diameter_and_lights():
-    assert tank_words(Tank()) == "My tank: camera not known yet, dock 30 cm, lights not known"
-    assert tank_words(Tank("Pool A", CAMERA, Dock(0.45, 8))) == (
+    assert tank_words(Tank()) == "My tank: no camera yet, dock 30 cm assumed"
+    assert tank_words(Tank("Pool A", CAMERA, Dock(0.45, 8), knows_diameter=True)) == (
         "Pool A: fx 812.0 px at 1280 × 720, dock 45 cm, 8 lights"
     )
     port = Camera(812.0, 812.0, 639.5, 359.5, 1280, 720, port=FlatPort(air_gap_m=0.02, glass_m=0.01))

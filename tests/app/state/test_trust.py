@@ -58,9 +58,9 @@ def test_range_known_to_a_share_of_itself(found, share, colour):
     range_m = float(np.linalg.norm(found.selected.position_m))
     assert trust_in(with_choice(found, sigma_position_m=(0.0, 0.0, share * range_m))).colour == colour
     trust = trust_in(with_choice(found, position_m=np.array([0, 0, 20.9]), sigma_position_m=(0.1, 0.1, 2.9)))
-    assert (trust.colour, trust.reasons) == ("red", ("The range is inexact: 20.9 ± 2.9 m, which is 14 %.",))
+    assert (trust.colour, trust.reasons) == ("red", ("The range is inexact: 20.9 ± 2.9 m (14 %).",))
     near = trust_in(with_choice(found, position_m=np.array([0, 0, 0.3]), sigma_position_m=(0.01, 0.01, 0.021)))
-    assert near.reasons == ("The range is inexact: 0.30 ± 0.02 m, which is 7 %.",)
+    assert near.reasons == ("The range is inexact: 0.30 ± 0.02 m (7 %).",)
 
 
 @pytest.mark.parametrize(("times", "colour"), [(0.99, "green"), (1.01, "amber")])

@@ -12,7 +12,7 @@ PUT = {
     "missing": "0, 3",
     "paper": "uneven lighting",
     "port": True,
-    "psf": "hou",
+    "psf": "The paper's",
     "text": "ROV 7",
     "tone": "srgb",
 }

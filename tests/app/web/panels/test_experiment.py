@@ -1,3 +1,4 @@
+import re
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from datetime import date
@@ -17,7 +18,7 @@ from dockpose.app.state.view import MeasuredPose, open_source
 from dockpose.app.web.choices import Choices
 from dockpose.app.web.page import Page
 from dockpose.app.web.panels.experiment import NO_SESSION, ExperimentPanel
-from dockpose.app.web.panels.experiment_rows import BLANK, pages, rows_on_page, session_table, state_html, taken_words
+from dockpose.app.web.panels.experiment_rows import BLANK, MOST_ROWS, session_table, state_html, taken_words
 from dockpose.app.web.server.options import Options
 from dockpose.camera.files import load_camera
 from dockpose.sidecar import load_dock, sample_path
@@ -25,30 +26,26 @@ from dockpose.sidecar import load_dock, sample_path
 from tests.support.rows import changed
 
 
-@pytest.mark.parametrize(("count", "number"), [(0, 1), (1, 1), (10, 1), (11, 2), (2000, 200)])
-def test_pages(count, number):
-    assert pages(count) == number
-
-
-def test_newest_rows_come_first():
-    rows = [changed(number=number) for number in range(1, 13)]
-    assert [row.number for row in rows_on_page(rows, 1)] == [12, 11, 10, 9, 8, 7, 6, 5, 4, 3]
-    assert [row.number for row in rows_on_page(rows, 2)] == [2, 1]
-    assert rows_on_page(rows, 3) == []
+@pytest.mark.parametrize("count", [1, 12, MOST_ROWS, MOST_ROWS + 1, 2000])
+def test_newest_rows_come_first(count):
+    html = session_table([changed(number=number) for number in range(1, count + 1)])
+    shown = [int(number) for number in re.findall(r'data-row="(\d+)"', html)]
+    assert shown == list(range(count, max(0, count - MOST_ROWS), -1))
+    assert f"{len(shown)} of {count} row" in html
 
 
 def test_table_has_errors_and_their_mean_over_all_rows():
     rows = [changed(number=n, measured_z_cm=100.0 - n) for n in range(1, 13)]
-    html = session_table(rows, 2)
-    assert "2 of 12 rows" in html
+    html = session_table(rows)
+    assert "12 of 12 rows" in html
     assert "(98.00)<br> <b>+2.00</b>" in html
     assert "+6.50" in html  # the mean of 1 to 12
-    assert "No frame was taken yet" in session_table([], 1)
+    assert "No frame was taken yet" in session_table([])
 
 
 def test_outside_text_is_escaped():
     row = changed(notes="<img src=x>", status="no_lights", z_cm=None)
-    html = session_table([row], 1)
+    html = session_table([row])
     assert "<img" not in html
     assert "No pose: no lights. &lt;img src=x&gt;" in html
     assert "<b>x" not in state_html(Path("/<b>x"), 1, "<b>x")

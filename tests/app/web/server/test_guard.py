@@ -170,3 +170,14 @@ def test_each_browser_has_the_colours_of_its_system(app):
         assert dark.is_dark
         dark.close()
         assert plain.until(lambda _: not app._looks.slow, 60)
+
+
+def test_only_who_may_open_the_page_is_answered_with_a_result(app):
+    assert app.wait_until_idle(60)
+    for path in ("/", "/index.html"):
+        assert 'id="shell"' not in ask(app, path)[1]
+        status, text, headers = ask(app, path, Cookie=cookie_of(app))
+        assert (status, text.count('id="shell"')) == (200, 1)
+        assert int(headers["Content-Length"]) == len(text.encode())
+        assert headers["Cache-Control"] == "no-store"
+    assert ask(app, "/alive")[0] == 403

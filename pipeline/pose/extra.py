@@ -97,7 +97,7 @@ def _expected(pose: CirclePose, turn: np.ndarray, camera: Camera, dock: Dock) ->
 def _own_px2(pose: CirclePose, camera: Camera, dock: Dock) -> float:
     """Variance of an extra light's centre about where an exact pose has it: as the ring's, and by its place."""
     placed_px = _PLACED * dock.diameter * camera.fx / float(pose.position_m[2])
-    return min(pose.errors.noise if pose.errors else placed_px, placed_px) ** 2 + placed_px**2
+    return min(pose.errors.noise if pose.errors else placed_px, 2 * placed_px) ** 2 + placed_px**2
 
 
 def _after(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from dockpose import Dock, Tracker, estimate
 from dockpose.lights.markers import Markers
-from dockpose.pose.extra import _densities, _refined, _spots, places_px, with_extra_lights
+from dockpose.pose.extra import _densities, _own_px2, _refined, _spots, places_px, with_extra_lights
 from dockpose.pose.solve import find_poses
 from dockpose.simulate import Lights, Pose, render
 from dockpose.simulate.parts import Background, Glare, Lamp
@@ -114,6 +114,14 @@ def test_where_both_poses_end_up_within_their_errors_neither_is_much_likelier(he
         assert math.radians(angle_deg(pose, truth)) < min(pose.sigma_theta_rad)
         assert 0.35 < pose.probability < 0.65
     assert sum(pose.probability for pose in found.candidates) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(("noise_px", "own_px2"), [(0.3, 0.09 + 0.25), (0.7, 0.49 + 0.25), (9.0, 1.0 + 0.25)])
+def test_a_lamp_is_off_its_place_as_the_ring_s_lights_are_up_to_a_hundredth_of_the_diameter(noise_px, own_px2):
+    image, _ = shown(RING)
+    pose = estimate(image, CAMERA, RING).selected
+    placed = replace(pose, position_m=np.array([0, 0, 700 * 0.30 / 100]), errors=replace(pose.errors, noise=noise_px))
+    assert _own_px2(placed, CAMERA, DOCK) == pytest.approx(own_px2)  # by ruler half a pixel
 
 
 @pytest.mark.parametrize("least", [0.0, 1e-310, 1e-12])

@@ -1,4 +1,5 @@
-// The comparison of the threshold methods: a card for each, and what the page knows of being in that mode.
+// The comparison of the threshold methods: one large picture with what a method keeps and finds in it, its words and its
+// level in the histogram, and beneath a row of them all, black and white; and what the page knows of being in that mode.
 "use strict";
 import { follow, make } from "./link.js";
 import { request } from "./jobs.js";
@@ -6,8 +7,9 @@ import { outside } from "./overlay.js";
 
 const ICONS = { right: "✓", wrong: "✕", found: "●" };
 const MOST_CROSSES = 40; // of groups that are no lights: more would hide the pixels
-const DIM = 0.45; // what the crop keeps of its brightness, beside the pixels that a method keeps
-const ENLARGED = 2; // pixels of a canvas for one of the crop, so that lines are thin
+const DIM = 0.45; // what the picture keeps of its brightness, beside the pixels that a method keeps
+const ENLARGED = 2; // pixels of a canvas for one of the picture, so that lines are thin
+const [HIGH, LETTERS] = [180, "26px system-ui, sans-serif"]; // of the histogram, in pixels of its canvas
 
 class Compare extends HTMLElement {
   connectedCallback() {
@@ -25,130 +27,140 @@ class Compare extends HTMLElement {
   }
 
   build() {
-    [this.found, this.state] = [null, { inUse: null, stepsIn: null, isOld: false }];
-    const back = make("button", { type: "button", title: "Key: Escape" }, "← Back to the picture");
-    back.addEventListener("click", goBack);
-    this.again = make("button", { type: "button", hidden: "" }, "Compare again");
-    this.again.addEventListener("click", () => request({ do: "compare" }));
+    [this.found, this.shown, this.state] = [null, null, { inUse: null, stepsIn: null, isOld: false }];
+    const button = (words, act, look = {}) => {
+      const made = make("button", { type: "button", ...look }, words);
+      made.addEventListener("click", act);
+      return made;
+    };
+    this.again = button("Compare again", () => request({ do: "compare" }), { hidden: "" });
     this.note = make("p", { role: "note" }, "Every method is tried on this picture, as soon as this tab is opened.");
+    this.picture = make("canvas", { class: "large", role: "img" });
+    this.told = make("div", { class: "told", "aria-live": "polite" });
+    this.histogram = make("canvas", { class: "histogram", height: HIGH, "aria-hidden": "true" });
     this.cards = make("div", { class: "cards" });
-    this.append(make("div", { class: "bar" }, back, this.again, this.note), this.cards);
+    this.cards.addEventListener("keydown", (event) => this.key(event));
+    const bar = make("div", { class: "bar" }, button("← Back to the picture", goBack, { title: "Key: Escape" }), this.again, this.note);
+    this.append(bar, make("div", { class: "looked-at" }, this.picture, this.told), this.histogram, this.cards);
   }
 
-  // In this mode the comparison has the page to itself; it is tried at once what is not known yet.
+  // In this mode the comparison stands in the picture's place; it is tried at once what is not known yet.
   showMode() {
     const isOpen = this.isConnected && this.offsetParent !== null && this.clientWidth > 0;
+    if (isOpen && this.shown !== null) this.drawHistogram(this.shown);
     const mode = isOpen ? "compare" : "picture";
     if (mode === this.mode) return;
     this.mode = document.documentElement.dataset.mode = mode;
-    document.documentElement.removeAttribute("data-shows-scene");
     if (isOpen) setTimeout(() => request({ do: "compare" })); // not while viser is still building the tab
   }
 
   take(found) {
     this.found = found;
     this.cards.replaceChildren(...found.methods.map((method) => this.card(method)));
-    if (found.figure !== null) this.cards.append(this.figure(found.figure));
-    const crop = new Image();
-    crop.addEventListener("load", () => found.methods.forEach((method, index) => this.draw(crop, method, index)));
-    crop.src = `data:image/png;base64,${found.picture}`;
+    this.crop = new Image();
+    this.crop.addEventListener("load", () => this.look(this.of(this.shown?.name) ?? this.of(this.state.inUse) ?? found.methods[0]));
+    this.crop.src = `data:image/png;base64,${found.picture}`;
     this.takeState(this.state);
+  }
+
+  of(name) {
+    return this.found?.methods.find((one) => one.name === name);
   }
 
   takeState(state) {
     this.state = state;
     this.again.hidden = this.found !== null && !state.isOld;
-    this.cards.toggleAttribute("data-old", state.isOld);
+    this.toggleAttribute("data-old", state.isOld);
     this.note.id = state.isOld ? "outdated" : "";
     if (this.found !== null) {
       this.note.textContent = state.isOld
         ? `Outdated: these are the results for ${this.found.source}; the picture or the settings have changed since.`
-        : `${this.found.source}. Click a method, or press Enter on it, to use it.`;
+        : `${this.found.source}. Point at a method, or press arrow keys, to look at it; Enter or Use takes it.`;
     }
-    for (const card of this.cards.querySelectorAll(".card")) {
-      const isInUse = card.dataset.method === state.inUse;
-      card.setAttribute("aria-pressed", String(isInUse));
-      const other = card.dataset.method === state.stepsIn ? "Steps in" : "Use";
-      card.querySelector(".use").textContent = isInUse ? "In use" : other;
-      this.tellVerdict(card, isInUse && state.stepsIn !== null);
-    }
+    for (const card of this.cards.children) card.setAttribute("aria-pressed", String(card.dataset.method === state.inUse));
+    if (this.shown !== null) this.tell(this.shown);
   }
 
-  // What a card found; of the method in use that found nothing while another did, just that.
-  tellVerdict(card, isStandIn) {
-    const method = this.found.methods.find((one) => one.name === card.dataset.method);
-    const other = this.found.methods.find((one) => one.name === this.state.stepsIn);
-    const isTold = isStandIn && other !== undefined && !this.state.isOld;
-    const words = isTold ? `Found no dock by itself: ${other.label} stepped in, and its result is what is shown.` : method.verdict;
-    const kind = isTold ? "found" : method.kind;
-    const verdict = card.querySelector(".verdict");
-    verdict.className = `verdict ${kind}`;
-    verdict.replaceChildren(make("span", { "aria-hidden": "true" }, `${ICONS[kind]} `), words);
-  }
-
+  // One of the row: what it keeps in white, its rank and name, and what came of it.
   card(method) {
-    const canvas = make("canvas", { width: ENLARGED * this.found.width, height: ENLARGED * this.found.height });
-    canvas.setAttribute("aria-hidden", "true");
-    const title = make("div", { class: "title" }, make("b", {}, method.label), make("span", { class: "use" }, "Use"));
-    const verdict = make("div", { class: "verdict" });
-    const lost = make("div", { class: "lost" }, method.lost);
-    const lines = method.lines.map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value)));
+    const { width, height } = this.found;
+    const kept = make("canvas", { class: "kept", width, height, "aria-hidden": "true" });
+    const context = kept.getContext("2d");
+    context.fillRect(0, 0, width, height);
+    fillKept(context, method.kept, width, "#ffffff");
+    const came = make("span", { class: `verdict ${method.kind}` }, `${ICONS[method.kind]} ${method.brief}`);
     const look = { type: "button", class: "card", "data-method": method.name, "data-kind": method.kind };
-    const card = make("button", look, title, canvas, verdict, this.histogram(method), lost, make("dl", {}, ...lines));
-    card.addEventListener("click", () => this.use(method));
+    const card = make("button", look, make("b", {}, method.label), kept, came, make("span", { class: "rank" }, `rank ${method.rank}`));
+    for (const kind of ["pointerenter", "focus"]) card.addEventListener(kind, () => this.look(method));
+    card.addEventListener("click", ({ pointerType }) => pointerType !== "touch" && this.use(method)); // fingers look first
     return card;
   }
 
-  // Take a method; its docks are shown in 3D from now on, beside the cards.
-  use(method) {
-    request({ do: "use", method: method.name });
-    document.documentElement.toggleAttribute("data-shows-scene", true);
-    viserPage.sceneBox().scrollIntoView({ block: "nearest" });
+  key(event) {
+    const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+    if (step === undefined) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const all = [...this.cards.children];
+    all[Math.min(Math.max(all.indexOf(document.activeElement) + step, 0), all.length - 1)].focus();
   }
 
-  // What the report on the paper has of its Figure 15 for this scene.
-  figure(rows) {
-    const row = (kind, cells) => make("tr", {}, ...cells.map((cell) => make(kind, {}, String(cell))));
-    const body = rows.map(([name, level, groups, isRight]) => row("td", [name, level, groups, isRight ? "✓ right" : "✕ not right"]));
-    const words = "The paper's Figure 15 binarises a scene like this by these five and gives no numbers; these are our report's.";
-    return make("table", { class: "figure-15" }, make("caption", {}, words), row("th", ["Method", "Level", "Groups", "Pose"]), ...body);
+  use(method) {
+    request({ do: "use", method: method.name });
+  }
+
+  // Show a method at full size.
+  look(method) {
+    if (method !== this.of(method.name)) return;
+    this.shown = method;
+    for (const card of this.cards.children) card.toggleAttribute("data-looked-at", card.dataset.method === method.name);
+    this.draw(method);
+    this.drawHistogram(method);
+    this.tell(method);
+  }
+
+  // What it found; of the method in use that found nothing while another did, just that.
+  tell(method) {
+    const [isInUse, other] = [method.name === this.state.inUse, this.of(this.state.stepsIn)];
+    const isTold = isInUse && other !== undefined && !this.state.isOld;
+    const words = isTold ? `Found no dock by itself: ${other.label} stepped in, and its result is what is shown.` : method.verdict;
+    const kind = isTold ? "found" : method.kind;
+    const use = make("button", { type: "button", class: "use", "aria-pressed": String(isInUse) }, isInUse ? "In use" : method === other ? "Steps in" : "Use");
+    use.addEventListener("click", () => this.use(method));
+    const lines = [["Rank", String(method.rank)], ...method.lines].map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value)));
+    const verdict = make("div", { class: `verdict ${kind}` }, make("span", { "aria-hidden": "true" }, `${ICONS[kind]} `), words);
+    this.told.replaceChildren(make("div", { class: "title" }, make("b", {}, method.label), use), verdict, make("div", { class: "lost" }, method.lost), make("dl", {}, ...lines));
   }
 
   // How many pixels have each level, by their logarithm, and what the method keeps of them.
-  histogram(method) {
+  drawHistogram(method) {
     const heights = this.found.histogram;
-    const canvas = make("canvas", { class: "histogram", width: heights.length, height: 100, "aria-hidden": "true" });
-    const context = canvas.getContext("2d");
+    this.histogram.width = Math.max(2 * this.histogram.clientWidth, heights.length);
+    const [context, step] = [this.histogram.getContext("2d"), this.histogram.width / heights.length];
     heights.forEach((height, level) => {
       context.fillStyle = method.level !== null && level >= method.level ? "#f0a030" : "#9aa4b0";
-      context.fillRect(level, 100 - height, 1, height);
+      context.fillRect(level * step, HIGH * (1 - height / 100), step + 0.5, (HIGH * height) / 100);
     });
-    context.fillStyle = "#ffffff";
-    if (method.level !== null) context.fillRect(method.level, 0, 1, 100);
-    return canvas;
+    if (method.level === null) return;
+    const isLow = method.level < heights.length / 2;
+    Object.assign(context, { fillStyle: "#ffffff", font: LETTERS, textAlign: isLow ? "left" : "right" });
+    context.fillRect(method.level * step, 0, 3, HIGH);
+    context.fillText(`level ${method.level}`, method.level * step + (isLow ? 12 : -12), 28);
   }
 
-  // The crop, dim, with the pixels that are kept; around them circles, and lines that stop at these.
-  draw(crop, method, index) {
-    const canvas = this.cards.children[index]?.querySelector("canvas");
-    if (!canvas || this.found.methods[index] !== method) return;
-    const context = canvas.getContext("2d");
+  // The picture, dim, with the pixels that are kept; around them circles, and lines that stop at these.
+  draw(method) {
     const { width, height } = this.found;
+    Object.assign(this.picture, { width: ENLARGED * width, height: ENLARGED * height, ariaLabel: `what ${method.label} keeps and finds` });
+    const context = this.picture.getContext("2d");
     const colour = (name) => getComputedStyle(this).getPropertyValue(`--${name}`).trim();
     context.scale(ENLARGED, ENLARGED);
     context.imageSmoothingEnabled = false;
     context.fillRect(0, 0, width, height);
     context.globalAlpha = DIM;
-    context.drawImage(crop, 0, 0);
+    context.drawImage(this.crop, 0, 0);
     context.globalAlpha = 1;
-    context.fillStyle = colour("kept");
-    for (const [start, length] of method.kept) {
-      for (let at = start; at < start + length;) {
-        const run = Math.min(start + length - at, width - (at % width));
-        context.fillRect(at % width, Math.floor(at / width), run, 1);
-        at += run;
-      }
-    }
+    fillKept(context, method.kept, width, colour("kept"));
     context.lineWidth = Math.max(1, width / 200);
     const least = Math.max(4, width / 50);
     const holes = method.groups.map(([x, y], number) => [x, y, Math.max(least, method.radii[number])]);
@@ -171,7 +183,18 @@ class Compare extends HTMLElement {
       }
     }
     context.stroke();
-    canvas.dataset.drawn = String(method.groups.length);
+    Object.assign(this.picture.dataset, { drawn: String(method.groups.length), method: method.name });
+  }
+}
+
+function fillKept(context, kept, width, colour) {
+  context.fillStyle = colour;
+  for (const [start, length] of kept) {
+    for (let at = start; at < start + length;) {
+      const run = Math.min(start + length - at, width - (at % width));
+      context.fillRect(at % width, Math.floor(at / width), run, 1);
+      at += run;
+    }
   }
 }
 

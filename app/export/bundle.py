@@ -18,10 +18,13 @@ from dockpose.app.export.recordings.ros import pose_yaml
 from dockpose.app.inputs.received import safe_name
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
+from dockpose.app.processing.comparison import compare
 from dockpose.app.state.trust import headline_of
+from dockpose.app.state.view import View
 from dockpose.camera import mark
 from dockpose.estimate import SCHEMA
 from dockpose.files import FileError, read_small
+from dockpose.thresholds import METHODS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,6 +48,7 @@ def picture_files(analysis: Analysis, *, layers: Collection[str] = DRAWN, sha256
             annotate(view.image, found, headline=headline_of(analysis.trust), **drawn)
         ),
         **_figure_files("annotated", lambda: picture_figure(view.image, found, **drawn), "svg"),
+        **_figure_files("methods", lambda: _methods_figure(view), "png"),
         "picture.png": lambda: data.to_png(view.image),
         "result.json": lambda: data.to_json(data.result_line(analysis, sha256)),
         "result.csv": lambda: data.to_csv([data.result_line(analysis, sha256)]),
@@ -57,6 +61,15 @@ def picture_files(analysis: Analysis, *, layers: Collection[str] = DRAWN, sha256
     if found.selected is not None:
         files["pose_ros.yaml"] = lambda: (pose_yaml(found) or "").encode()
     return files
+
+
+def _methods_figure(view: View) -> "Figure":
+    """The picture and what each method keeps of it, as the paper's Figure 15."""
+    from dockpose.app.export.plots import methods_beside, side_by_side  # what draws takes a while to import
+
+    found = compare(view.image, view.camera, view.dock, view.settings)
+    names = {name: METHODS[name].label for name in found}
+    return side_by_side(methods_beside(view.source, view.image, found, names), 5)
 
 
 def session_files(record: SessionRecord) -> Files:

@@ -4,8 +4,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from dockpose.app.drawing.annotated import kept_pixels
 from dockpose.app.drawing.colours import BARS_COLOUR, GROUPS_COLOUR, LIGHT_COLOUR, THRESHOLD_COLOUR
 from dockpose.app.drawing.figures import DPI, new_figure
+from dockpose.app.drawing.numbers import MISSING
+from dockpose.camera.image import to_grey, to_levels
 from dockpose.estimate import Estimate
 from dockpose.paper.levels import Picture
 from dockpose.thresholds import LEVELS
@@ -14,6 +17,7 @@ from matplotlib.figure import Figure
 
 SMALL = 8  # points, of texts within a figure
 PHOTO_DPI = 110  # of figures with pictures in them, which keeps the report small
+_WIDE_IN, _TITLE_IN, _TILE = 9.6, 0.25, 0.9  # of pictures beside each other, which have so much of their places
 _AROUND = 1.5  # of the ring's radius: what is shown around it
 
 Box = tuple[int, int, int, int]
@@ -81,6 +85,34 @@ def show(axes: Axes, image: np.ndarray, title: str, roi: Box | None = None, foun
     if found is not None and found.ellipse is not None:
         x, y = found.ellipse.points().T
         axes.plot(np.append(x, x[0]), np.append(y, y[0]), "-", color=LIGHT_COLOUR, lw=0.8)
+
+
+def side_by_side(pictures: Sequence[tuple[str, np.ndarray]], columns: int) -> Figure:
+    """Pictures with their titles beside each other, those of bools black and white, as in the paper's Figure 15."""
+    rows, (height, width) = -(-len(pictures) // columns), pictures[0][1].shape
+    figure = canvas(_WIDE_IN, rows * (_WIDE_IN * height / width / columns + _TITLE_IN), PHOTO_DPI)
+    all_axes = figure.subplots(rows, columns, squeeze=False).flat
+    for axes, (title, picture) in zip(all_axes, pictures, strict=False):
+        show(axes, _coarse(picture, int(_TILE * _WIDE_IN * PHOTO_DPI / columns)), title)
+    for axes in all_axes[len(pictures) :]:
+        axes.set_axis_off()
+    return figure
+
+
+def _coarse(picture: np.ndarray, wide_px: int) -> np.ndarray:
+    """The picture at most so wide, each pixel as bright as the brightest that it stands for: no light is lost."""
+    step = -(-picture.shape[1] // wide_px)
+    starts = [np.arange(0, length, step) for length in picture.shape]
+    return np.maximum.reduceat(np.maximum.reduceat(picture, starts[0], axis=0), starts[1], axis=1)
+
+
+def methods_beside(
+    title: str, image: Any, found: Mapping[str, Estimate], names: Mapping[str, str]
+) -> list[tuple[str, np.ndarray]]:
+    """Return a picture, and what each method keeps of it, with titles, for :func:`side_by_side`."""
+    levels = {name: MISSING if one.threshold is None else one.threshold.level for name, one in found.items()}
+    kept = [(f"{names[name]}: {levels[name]}", kept_pixels(image, one)) for name, one in found.items()]
+    return [(title, to_levels(to_grey(image))[0]), *kept]
 
 
 def draw_histogram(axes: Axes, counts: np.ndarray, level: int = LEVELS) -> None:

@@ -8,9 +8,11 @@ from dockpose import Estimate
 from dockpose.app.drawing.numbers import count
 from dockpose.app.state.view import View
 from dockpose.lights.growing import distances
+from dockpose.paper.rivals import RIVALS
 from dockpose.pose.known import pose_error
 from dockpose.simulate import Scene, truth_of
 
+_PAPER = "hats", "hats_local", *RIVALS
 _LEAST_PX = 2.0  # that a group reaches from its middle, however small it is
 # Standard errors within which ranges are one, and tilts are those of the same of the two poses.
 _ALIKE, _TILT_ALIKE = 0.5, 3.0
@@ -35,7 +37,7 @@ class Losses:
 def ranks(found: Mapping[str, Estimate], view: View) -> dict[str, int]:
     """Return ranks from 1: methods that are right first, then those that found a dock, by lights and how near they lie.
 
-    Results that the picture cannot tell apart share a rank, in the order of ``found``.
+    Results that the picture cannot tell apart share a rank, in the paper's order.
     """
 
     def order(name: str) -> tuple[bool, bool, int, float]:
@@ -51,7 +53,8 @@ def ranks(found: Mapping[str, Estimate], view: View) -> dict[str, int]:
         rank[name] = next(alike, len(leaders)) + 1
         if rank[name] > len(leaders):
             leaders.append(name)
-    return dict(sorted(rank.items(), key=lambda pair: pair[1]))
+    in_order = sorted(dict.fromkeys([*_PAPER, *found]).keys(), key=lambda name: rank.get(name, 0))
+    return {name: rank[name] for name in in_order if name in rank}
 
 
 def _is_right(found: Estimate, view: View) -> bool:

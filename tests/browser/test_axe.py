@@ -54,7 +54,7 @@ def test_the_column_of_a_phone_has_none(tinted, resized):
 
 def test_compare_has_none(tinted):
     tinted.tab("Compare")
-    tinted.page.locator("dockpose-compare .cards:not([data-old]) .card").nth(8).wait_for()
+    tinted.page.locator("dockpose-compare:not([data-old]) .card").nth(8).wait_for()
     assert failures(tinted) == []
 
 

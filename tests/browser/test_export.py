@@ -63,6 +63,7 @@ CHECKS = {
     "settings.yaml": lambda data: {"camera", "dock", "settings"} <= set(yaml.safe_load(data)),
     "histogram.png": lambda data: min(size(data)) > 200,
     "histogram.svg": lambda data: ElementTree.fromstring(data).tag.endswith("svg"),
+    "methods.png": lambda data: min(size(data)) > 200,
     "view_3d.png": is_seen_scene,
     "view_3d.html": lambda data: b"<html" in data[:1000].lower() and len(data) > 1e5,
 }

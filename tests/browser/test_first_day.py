@@ -150,7 +150,7 @@ def test_a_newcomer_s_day(page, root, tmp_path, by_keys):
     page.until(lambda: page.app.view.dock == Dock(GIVEN_M, 8) and page.trust == "green")
     with day.step("compare"):
         day.press("Compare")
-        page.page.locator("dockpose-compare canvas[data-drawn]").nth(8).wait_for()
+        page.page.locator("dockpose-compare .card").nth(8).wait_for()
     day.press("Back to the picture")
     day.go("Source")
     names = [f"tank{number:02d}.png" for number in range(2, 11)]

@@ -191,7 +191,7 @@ def test_words_about_a_pose_to_be_checked_fit_as_well(page, resized, size):
 def test_comparison_fits_as_well(page, resized, size):
     resized(size)
     page.tab("Compare")
-    page.until(lambda: page.page.locator("dockpose-compare .cards:not([data-old]) .card").count() >= 9)
+    page.until(lambda: page.page.locator("dockpose-compare:not([data-old]) .card").count() >= 9)
     page.rest()
     assert page.page.evaluate(MEASURE, LEAST) == []
     page.tab("Picture")

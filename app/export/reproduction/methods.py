@@ -2,13 +2,10 @@
 
 from collections.abc import Iterable, Mapping
 from itertools import chain
-from typing import Any
 
 import numpy as np
-from dockpose.app.drawing.annotated import kept_pixels
-from dockpose.app.export import plots as draw
 from dockpose.app.export.parts import Part, Rows, by_verdict
-from dockpose.app.export.plots import PHOTO_DPI, SMALL, canvas, show
+from dockpose.app.export.plots import methods_beside, side_by_side
 from dockpose.app.processing.comparison import compare
 from dockpose.estimate import Estimate
 from dockpose.paper import rivals
@@ -17,7 +14,6 @@ from dockpose.paper.rivals import ANY_LEVEL, COLUMNS, LITERAL, NAMES, OURS, PER_
 from dockpose.paper.scenes import tank_scenes
 from dockpose.study.judge import is_right
 from dockpose.study.statistics import Difference, Share, paired_difference, share_of
-from matplotlib.figure import Figure
 
 # Each of ``COLUMNS`` in words.
 _WORDS = {
@@ -34,6 +30,7 @@ def figure_15(seed: int) -> Part:
     found_in = {
         name: compare(one.image, one.scene.camera, one.scene.dock, methods=NAMES) for name, one in pictures.items()
     }
+    beside = (methods_beside(name, pictures[name].image, of, NAMES) for name, of in found_in.items())
     picture, found = pictures[_ONE_SCENE], found_in[_ONE_SCENE]
     right = {
         name: {method: is_right(one.selected, pictures[name].truth) for method, one in of.items()}
@@ -52,7 +49,7 @@ def figure_15(seed: int) -> Part:
     cases = {**NAMES, PER_LIGHT: "HATS, a level per light", ANY_LEVEL: ANY_LEVEL}
     return Part.of(
         "figure_15",
-        {"main": _draw_methods(picture, found)},
+        {"main": side_by_side([*chain.from_iterable(beside)], 1 + len(NAMES))},
         {
             "one_scene": one_scene,
             "tank": [("scene", *NAMES.values()), *tank],
@@ -123,21 +120,3 @@ def _in_percent(found: Iterable[Share | Difference | None]) -> Iterable[float | 
 def _differences(tally: Tally, first: str, second: str) -> dict[str, Difference]:
     """By column, the share of the first method less that of the second on the same scenes."""
     return {column: paired_difference(of[first], of[second]) for column, of in tally.items()}
-
-
-def _draw_methods(picture: Picture, found: Mapping[str, Estimate]) -> Figure:
-    figure = canvas(8.6, 6.2, PHOTO_DPI)
-    axes = figure.subplot_mosaic([[0, 1, 2], [3, 4, 5], ["below"] * 3], height_ratios=(3, 3, 2))
-    show(axes[0], picture.image, f"the picture: {picture.lights} lights")
-    below = axes["below"]
-    draw.draw_histogram(below, picture.histogram.counts, _level(found["hats"]))
-    top = below.get_ylim()[1]
-    for number, (name, one) in enumerate(found.items()):
-        title = f"{NAMES[name]}: level {_level(one)}, {_seen(one)} groups"
-        show(axes[number + 1], kept_pixels(picture.image, one), title, found=one)
-        height, box = top ** (0.95 - 0.15 * number), {"fc": "white", "ec": "none", "pad": 0.5, "alpha": 0.8}
-        how: Any = {"textcoords": "offset points", "fontsize": SMALL, "va": "center", "bbox": box}
-        below.annotate(f"{NAMES[name]}: {_level(one)}", (_level(one), height), (4, 0), **how)
-        below.axvline(_level(one), color="black", lw=0.8, ls="-." if name == "hats" else ":")
-    below.set_xlabel("grey level", fontsize=SMALL)
-    return figure

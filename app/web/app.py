@@ -7,7 +7,7 @@ import time
 import cv2
 import viser
 from dockpose import Camera, Dock
-from dockpose.app.drawing.annotated import DRAWN, annotate
+from dockpose.app.drawing.annotated import annotate
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.processing.background import LatestWorker
 from dockpose.app.state.view import View
@@ -24,6 +24,7 @@ from dockpose.app.web.server.options import DEFAULTS, Options
 from dockpose.app.web.server.start import silence
 from dockpose.app.web.server.uploads import Uploads
 from dockpose.app.web.server.viser_private import icons_from_one_archive
+from dockpose.estimate.drawing import PARTS
 from dockpose.sources import Frame
 
 LOOPBACK = "127.0.0.1"
@@ -179,8 +180,7 @@ class App(Page, contextlib.AbstractContextManager["App"]):
         """The annotated picture as a JPEG; nothing of a sequence, nor of what is being changed."""
         if self.opened is not None or found.view is not self.view:
             return b""
-        layers = [layer for layer in DRAWN if layer not in ("text", "scale")]
-        return cv2.imencode(".jpg", annotate(found.view.image, found.estimate, layers=layers))[1].tobytes()
+        return cv2.imencode(".jpg", annotate(found.view.image, found.estimate, layers=PARTS))[1].tobytes()
 
     def _draw(self, analysis: Analysis) -> None:
         with self._drawing:

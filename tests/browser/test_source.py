@@ -53,7 +53,7 @@ def test_every_slider_of_camera_detection_and_scene_changes_it(page):
 def test_water_psf_missing_lights_and_text(page):
     page.box("Turbidity (0-1)").fill("0.67")
     page.until(lambda: page.app.view.scene.water == PRESETS["coastal"])
-    page.choose("Spread of light", "gaussian")
+    page.choose("Spread of light", "Bell curve")
     page.until(lambda: page.app.view.scene.psf.model == "gaussian")
     page.box("Missing lights").fill("0, 3")
     page.until(lambda: page.app.view.scene.lights.missing == (0, 3))

@@ -94,7 +94,7 @@ class CalibrationPanel(Panel):
         self._boards = self.gui.add_folder("Pictures: a click drops one, and takes it back", order=9, visible=False)
         with self._boards:
             self.gui.add_html(name_around("boards"))
-        self.add("button", "again", self.trying(self._clear))
+        self.add("button", "again", self.trying(lambda client: self._begin(self._gathering.board)))
         self.gui.add_html(help_link("tank"), order=13)
 
     def _ready(self, greys: Iterable[np.ndarray] = ()) -> Gathering:
@@ -107,12 +107,13 @@ class CalibrationPanel(Panel):
         return self._gathering
 
     def _begin(self, board: Board) -> None:
-        self._gathering, self._dropped, self._done = Gathering(board, distinct=True), {}, None
-        for handle in (self._seen, self._covered, self._result):
-            handle.content = ""
-        self._shown.visible = False
-        self._offer_camera(False)
-        self._show_gathered()
+        with self._lock:
+            self._gathering, self._dropped, self._done = Gathering(board, distinct=True), {}, None
+            for handle in (self._seen, self._covered, self._result):
+                handle.content = ""
+            self._shown.visible = False
+            self._offer_camera(False)
+            self._show_gathered()
 
     def _add_shown(self, client: Client) -> None:
         if self.analysis is None:
@@ -246,10 +247,6 @@ class CalibrationPanel(Panel):
         """Begin anew with another board, as soon as one is typed that can be."""
         with contextlib.suppress(ValueError), self._lock:
             self._ready()
-
-    def _clear(self, client: Client) -> None:
-        with self._lock:
-            self._begin(self._gathering.board)
 
 
 def picture_with_board(

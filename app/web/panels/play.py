@@ -51,10 +51,6 @@ class SequencePanel(Panel):
         self._show_choice()
         app.close_sequence = self.close
 
-    def names(self) -> list[str]:
-        """Return the names of the sequences that can be chosen."""
-        return choices(self.app.given, self.app.options.folder)
-
     def choose(self, name: Any, client: Client) -> None:
         """Open a sequence in place of the open one; if that fails, say so and change nothing."""
         if name == NONE_CHOSEN:
@@ -105,7 +101,7 @@ class SequencePanel(Panel):
     def toggle(self, client: Client) -> None:
         """Play, or pause; where no sequence is open, the first of those that can be."""
         if self.app.player is None:
-            self.choose(self.names()[0], client)
+            self.choose(choices(self.app.given, self.app.options.folder)[0], client)
         if self.app.player is not None:
             self.play(not self.app.player.is_playing)
             self._tell_now()
@@ -143,7 +139,7 @@ class SequencePanel(Panel):
         self._tell_whole()
 
     def _show_choice(self) -> None:
-        source, names = self.app.opened, self.names()
+        source, names = self.app.opened, choices(self.app.given, self.app.options.folder)
         shown = names if source is None or source.name in names else [*names, source.name]
         offer(self._choice, (NONE_CHOSEN, *shown), NONE_CHOSEN if source is None else source.name)
 

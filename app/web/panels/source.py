@@ -47,11 +47,6 @@ class SourcePanel(Panel):
         self._choices = {"samples": self._sample, "uploads": self._uploaded, "folder": self._file}
         self.add_upload(area, "upload", self.changing_by_file(self._with_new_upload))
 
-    @property
-    def _is_sent(self) -> bool:
-        """Whether the open sequence was sent by a browser."""
-        return self.app.opened is not None and self.app.opened.folder is not None
-
     def turn(self, by: int, client: Client) -> None:
         """Show the picture ``by`` places further in the list."""
         self.change(lambda view: self._turned(view, by), client, reload=True)
@@ -62,7 +57,8 @@ class SourcePanel(Panel):
         self._words.content = small(escape(SAMPLE_WORDS.get(view.sample or "", "")))
         uploaded = self._kept.names()
         self._uploaded.visible = bool(uploaded)
-        self._forget.visible = bool(uploaded) or view.list_name == "uploads" or self._is_sent
+        is_sent = self.app.opened is not None and self.app.opened.folder is not None
+        self._forget.visible = bool(uploaded) or view.list_name == "uploads" or is_sent
         self._forget.label = f"Forget uploads ({_megabytes(self._kept.kept_bytes)})"
         _fill(self._uploaded, uploaded, view.item if view.list_name == "uploads" else None)
         self._list_files(view.item if view.list_name == "folder" else None)
@@ -99,7 +95,8 @@ class SourcePanel(Panel):
             self._kept.make_room(0)
             self.app.memory.forget_picture()
             client.add_notification("Uploads forgotten", sentence, color="green")
-            is_forgotten = view.list_name == "uploads" or self._is_sent
+            is_sent = self.app.opened is not None and self.app.opened.folder is not None
+            is_forgotten = view.list_name == "uploads" or is_sent
             return with_sample(view, sample_names()[0]) if is_forgotten else view
 
         self.change(without_uploads, client, reload=True)

@@ -14,7 +14,7 @@ from websockets.exceptions import ConnectionClosed
 from tests.support.visitors import Visitor, packed
 
 HTML = "<img src=x onerror=alert(1)>"
-NUMBERS = ("Number of lights", "Level (0-255)", "Min. area (px)", "Page", "Side (mm)", "fx (px)", "Dock z (cm)")
+NUMBERS = ("Number of lights", "Level (0-255)", "Min. area (px)", "Side (mm)", "fx (px)", "Dock z (cm)")
 UPLOAD = "Upload pictures"
 
 

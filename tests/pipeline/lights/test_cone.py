@@ -16,7 +16,7 @@ def picture_of(normal, centre, radius=RADIUS, count=40):
     return rim[:, :2] / rim[:, 2:] * FOCAL_PX + CENTRE_PX
 
 
-@pytest.mark.parametrize("centre", [(0.2, -0.1, 3.0), (-0.5, 0.4, 2.0), (0.0, 0.0, 5.0)])
+@pytest.mark.parametrize("centre", [(0.2, -0.1, 3.0), (-0.5, 0.4, 2.0), (0.0, 0.0, 5.0), (1.5, 0.2, 3.0)])
 @pytest.mark.parametrize("tilt", [(0.5, 0.2), (-0.4, 0.3), (0.1, -0.7)])
 def test_of_both_circles_one_is_the_truth_and_both_have_this_picture(tilt, centre):
     normal = np.array([*tilt, -np.sqrt(1 - tilt[0] ** 2 - tilt[1] ** 2)])

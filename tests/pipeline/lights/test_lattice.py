@@ -120,3 +120,9 @@ def test_a_lamp_beside_one_that_is_missing_is_no_cable():
     ours, whole = lights(12, missing=(4,)), lights(12)
     beside = whole[4] + 0.15 * (whole[4] - whole.mean(axis=0))
     assert ring_of(np.vstack([ours, beside]), 12).on_ring.tolist() == [True] * 11 + [False]
+
+
+def test_nine_points_are_a_lattice_and_eight_are_too_few():
+    nine = 30.0 * np.argwhere(np.ones((3, 3)))
+    assert repeating(nine).all()
+    assert not repeating(nine[:8]).any()

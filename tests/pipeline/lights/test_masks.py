@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from dockpose import Camera, Settings, estimate
 from dockpose.lights.markers import Markers
-from dockpose.lights.masks import LEAST_FRAMES, StillGroups, hidden_pixels, hide
+from dockpose.lights.masks import LEAST_FRAMES, StillGroups, _union, hidden_pixels, hide
 from dockpose.lights.motion import Paths
 from dockpose.simulate import FilmPlan, Hover, Lights, Pose, Scene, film, render
 from dockpose.simulate.parts import Background, Snow, Text
@@ -335,3 +335,8 @@ def test_a_group_is_followed_over_more_than_its_stride_if_step_by_step():
     assert motion is not None
     assert motion.turn == pytest.approx(1.0)
     assert motion.shift == pytest.approx(complex(96, -40))  # over eight frames
+
+
+def test_masks_as_far_apart_as_they_are_high_are_one_and_farther_apart_two():
+    assert _union((0, 0, 10, 10), (20, 0, 10, 10)) == (0, 0, 30, 10)
+    assert _union((0, 0, 10, 10), (21, 0, 11, 10)) is None

@@ -141,3 +141,12 @@ def test_four_points_that_no_ring_shows_are_refused():
     # One lies within the triangle of the others; points of an ellipse never do.
     with pytest.raises(NoEllipseError, match="no pose"):
         poses_from_few_lights([[0, 0], [90, 0], [0, 90], [25, 30]], CAMERA, Dock(0.3, 10))
+
+
+def test_four_lights_off_the_axis_begin_at_the_true_pose():
+    angles, position = np.array([[0.0, 1.5, 3.2, 4.9]]), np.array([0.5, -0.4, 1.1])
+    rim = 0.15 * np.column_stack([np.cos(angles[0]), np.sin(angles[0]), np.zeros(4)])
+    seen_m = position + rim @ rotation_from_angles(*ANGLES).T
+    _, rotations, positions = few_lights._starts(seen_m[:, :2] / seen_m[:, 2:], angles, 0.15)
+    off = np.abs(np.hstack([rotations[:, :, 2] + NORMAL, positions - position])).max(axis=1)
+    assert off.min() < 0.05 < off.max()

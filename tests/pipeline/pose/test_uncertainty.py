@@ -21,6 +21,7 @@ from dockpose.pose.uncertainty import (
     _quantile,
     deviations,
     log_evidence,
+    nearer,
 )
 from dockpose.study.judge import nearest, signed_errors
 from scipy.integrate import quad
@@ -174,6 +175,10 @@ def test_a_pose_says_what_comes_from_what():
     assert tuple(errors.parts) == PARTS
     assert errors.total == pytest.approx(sum(errors.parts.values()))
     assert replace(errors, shared=None).sigmas[None][0] == pytest.approx(pose.sigma_position_m)
+    assert pose.covariance is not None
+    assert pose.covariance_total is not None
+    assert np.sqrt(np.diag(pose.covariance)[:3]) == pytest.approx(pose.sigma_position_m)
+    assert np.sqrt(np.diag(pose.covariance_total)[:3]) == pytest.approx(pose.sigma_total_position_m)
 
 
 def test_where_all_is_exact_the_total_is_the_pictures():
@@ -288,3 +293,11 @@ def test_deviations_of_the_angles_are_those_of_small_turns_about_the_docks_axes(
     sigmas_m, sigmas_rad = deviations(covariance, R, noise)
     assert sigmas_m == pytest.approx((noise * 2, noise * 3, noise * 4))
     assert sigmas_rad == pytest.approx(tuple(spread), rel=0.03)
+
+
+def test_the_truth_crosses_the_middle_by_the_errors_of_the_pose_it_is_of():
+    beyond = 0.15865525  # of a normal distribution, beyond one standard error
+    first, second = nearer((0.7, 0.3), (1.2, 1.6), ((1e-9, 1e-9), (1.0, 1.0)))
+    assert (first, second) == pytest.approx((0.7 + 0.3 * beyond, 0.3 - 0.3 * beyond))
+    first, second = nearer((0.7, 0.3), (1.2, 1.6), ((1.0, 1.0), (1e-9, 1e-9)))
+    assert (first, second) == pytest.approx((0.7 - 0.7 * beyond, 0.3 + 0.7 * beyond))

@@ -3,7 +3,9 @@ import numpy as np
 import pytest
 from dockpose.simulate import render
 from dockpose.thresholds import histogram_of, otsu
-from dockpose.thresholds.classic import find_peaks, kapur, kittler, kittler_criterion, sezan
+from dockpose.thresholds.classic import find_peaks, kapur, kittler, kittler_criterion, li, sezan
+from dockpose.thresholds.hats import background_mode
+from skimage.filters import threshold_li
 
 from tests.support.scenes import random_scene
 
@@ -131,3 +133,13 @@ def test_sezans_signal_by_hand():
     # above from it on. With a window of 5 the signal is negative from 98, and largest at 100.
     cumulative = (np.arange(256) >= 100).astype(float)
     assert find_peaks(cumulative, 2) == [(98, 100)]
+
+
+def test_li_keeps_what_is_above_scikit_images_threshold():
+    grey = np.repeat(np.arange(256, dtype=np.uint8), 3).reshape(32, 24)
+    np.testing.assert_array_equal(grey >= li(histogram_of(grey)).level, grey > threshold_li(grey))
+
+
+def test_the_background_ends_with_the_level_up_to_which_its_share_is_whole():
+    assert background_mode(np.array([2, 3])) == 1  # three of five are its share, two are not
+    assert background_mode(np.array([3, 2])) == 0

@@ -55,3 +55,10 @@ def test_all_lights_are_shifted_together_though_one_place_is_brighter(shift):
         light[y - 1 : y + 2, x - 1 : x + 2] = 120
     found = shifted(light, [RING], np.full(10, 100.0), 45.0, 2)
     np.testing.assert_allclose(found, RING + shift, atol=3)
+
+
+def test_one_light_is_followed_though_it_fell_to_half_its_height_and_another_guess_is_out_of_the_picture():
+    light = np.full((200, 240), 20, np.uint8)
+    light[50:52, 70:72] = 90
+    found = shifted(light, [np.array([[240.0, 50.0]]), np.array([[60.0, 50.0]])], np.array([100.0]), 20.0, 2)
+    np.testing.assert_allclose(found, [[70.5, 50.5]], atol=3)

@@ -92,7 +92,7 @@ class Compare extends HTMLElement {
     const look = { type: "button", class: "card", "data-method": method.name, "data-kind": method.kind };
     const card = make("button", look, make("b", {}, method.label), kept, came, make("span", { class: "rank" }, `rank ${method.rank}`));
     for (const kind of ["pointerenter", "focus"]) card.addEventListener(kind, () => this.look(method));
-    card.addEventListener("click", ({ pointerType }) => pointerType !== "touch" && this.use(method)); // fingers look first
+    card.addEventListener("click", ({ pointerType }) => pointerType !== "touch" && use(method)); // fingers look first
     return card;
   }
 
@@ -103,10 +103,6 @@ class Compare extends HTMLElement {
     event.stopPropagation();
     const all = [...this.cards.children];
     all[Math.min(Math.max(all.indexOf(document.activeElement) + step, 0), all.length - 1)].focus();
-  }
-
-  use(method) {
-    request({ do: "use", method: method.name });
   }
 
   // Show a method at full size.
@@ -125,11 +121,11 @@ class Compare extends HTMLElement {
     const isTold = isInUse && other !== undefined && !this.state.isOld;
     const words = isTold ? `Found no dock by itself: ${other.label} stepped in, and its result is what is shown.` : method.verdict;
     const kind = isTold ? "found" : method.kind;
-    const use = make("button", { type: "button", class: "use", "aria-pressed": String(isInUse) }, isInUse ? "In use" : method === other ? "Steps in" : "Use");
-    use.addEventListener("click", () => this.use(method));
+    const taking = make("button", { type: "button", class: "use", "aria-pressed": String(isInUse) }, isInUse ? "In use" : method === other ? "Steps in" : "Use");
+    taking.addEventListener("click", () => use(method));
     const lines = [["Rank", String(method.rank)], ...method.lines].map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value)));
     const verdict = make("div", { class: `verdict ${kind}` }, make("span", { "aria-hidden": "true" }, `${ICONS[kind]} `), words);
-    this.told.replaceChildren(make("div", { class: "title" }, make("b", {}, method.label), use), verdict, make("div", { class: "lost" }, method.lost), make("dl", {}, ...lines));
+    this.told.replaceChildren(make("div", { class: "title" }, make("b", {}, method.label), taking), verdict, make("div", { class: "lost" }, method.lost), make("dl", {}, ...lines));
   }
 
   // How many pixels have each level, by their logarithm, and what the method keeps of them.
@@ -209,6 +205,7 @@ function outline(context, points, holes, colour) {
   context.stroke();
 }
 
+const use = (method) => request({ do: "use", method: method.name });
 function goBack() {
   viserPage.openTab(viserPage.tabOf("Picture"));
 }

@@ -54,9 +54,7 @@ function show() {
   if (page.hidesScene === isHidden) return;
   isHidden = page.hidesScene;
   clearTimeout(unhiding);
-  const toggle = () => document.documentElement.toggleAttribute("data-hides-scene", isHidden);
-  if (isHidden) toggle();
-  else unhiding = setTimeout(toggle, DRAWN_MS);
+  unhiding = setTimeout(() => document.documentElement.toggleAttribute("data-hides-scene", isHidden), isHidden ? 0 : DRAWN_MS);
 }
 
 // What the program's answer had of the result goes in the moment in which the page has all of that itself.

@@ -4,17 +4,9 @@
 import { follow, make, makeSvg } from "./link.js";
 
 const EVERY_MS = 100;
-const CORNERS = 32;
 const [HOLE, NORMAL] = [0.62, 1.3]; // of a dock, in radii
 const LETTER_PX = 12;
 
-function unit(one) {
-  const length = Math.hypot(...one);
-  return one.map((part) => part / length);
-}
-function cross([a, b, c], [d, e, f]) {
-  return [b * f - c * e, c * d - a * f, a * e - b * d];
-}
 const dot = (one, other) => one.reduce((sum, part, index) => sum + part * other[index], 0);
 const plus = (one, other, times = 1) => one.map((part, index) => part + times * other[index]);
 
@@ -49,7 +41,7 @@ class Scene extends HTMLElement {
     const [across, down] = [1, 3].map((corner) => plus(plane[corner], plane[0], -1));
     const lights = overlay.groups.filter((one) => one.onRing)
       .map(({ at: [x, y] }) => plus(plus(plane[0], across, (x + 0.5) / picture.width), down, (y + 0.5) / picture.height));
-    const docks = overlay.poses.map((pose) => ({ ...pose, ...dockOf(pose.place, overlay.dockRadius, scene.shift) }));
+    const docks = overlay.poses.map((pose, index) => ({ ...pose, ...dockOf(pose.place, overlay.dockRadius, scene, index) }));
     docks.sort((one, other) => one.chosen - other.chosen);
     this.svg.replaceChildren(
       shape("plane", path(plane, true)), shape("edges", ...plane.map((corner) => path([[0, 0, 0], corner])), ...scene.marks.map((ends) => path(ends))),
@@ -94,16 +86,10 @@ function placing({ position, wxyz: [w, x, y, z], fov }, wide, high) {
   };
 }
 
-// The corners of a dock's rim and hole, and where its arrow ends.
-function dockOf(place, radius, shift) {
-  const [at, normal3] = [plus(place.slice(0, 3), shift), place.slice(3)];
-  const across = unit(cross(Math.abs(normal3[1]) < 0.9 ? [0, 1, 0] : [1, 0, 0], normal3));
-  const along = cross(normal3, across);
-  const ring = (size) => Array.from({ length: CORNERS }, (_, index) => {
-    const angle = (2 * Math.PI * index) / CORNERS;
-    return plus(plus(at, across, size * Math.cos(angle)), along, size * Math.sin(angle));
-  });
-  return { at, normal3, rim: ring(radius), hole: ring(HOLE * radius), tip: plus(at, normal3, NORMAL * radius) };
+// Where a dock is, its rim and its hole, and where its arrow ends.
+function dockOf(place, radius, { shift, rims }, index) {
+  const [at, normal3, rim] = [plus(place.slice(0, 3), shift), place.slice(3), rims[index]];
+  return { at, normal3, rim, hole: rim.map((corner) => plus(at, plus(corner, at, -1), HOLE)), tip: plus(at, normal3, NORMAL * radius) };
 }
 
 customElements.define("dockpose-scene", Scene);

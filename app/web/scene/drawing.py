@@ -85,7 +85,7 @@ class Drawing:
 
     Docks stand ``shift`` (3,) from their places; ``docks`` (N, 3) and ``everything`` (M, 3) are to be seen, to
     ``depth_m``. ``plane`` (4, 3) has the corners of the picture, ``rays``, ``marks`` of the gap in them and ``path``
-    are segments (K, 2, 3), ``known`` the rims of docks that were measured or simulated, each (L, 3).
+    are segments (K, 2, 3), ``known`` the rims of docks that were measured or simulated, ``rims`` those found.
     """
 
     shift: np.ndarray
@@ -97,11 +97,12 @@ class Drawing:
     marks: np.ndarray
     path: np.ndarray
     known: list[np.ndarray]
+    rims: list[np.ndarray]
     labels: dict[str, Label]
 
     def numbers(self) -> dict[str, Any]:
         """Return it for static/scene.js."""
-        names = "shift", "plane", "rays", "marks", "path", "known"
+        names = "shift", "plane", "rays", "marks", "path", "known", "rims"
         return {name: np.round(getattr(self, name), 4).tolist() for name in names} | {
             "labels": [[name, one.text, one.anchor, *np.round(one.position, 4)] for name, one in self.labels.items()]
         }
@@ -134,5 +135,6 @@ def drawing_of(analysis: Analysis) -> Drawing:
         marks=marks,
         path=np.stack([path[:-1], path[1:]], axis=1),
         known=rims[: len(known)],
+        rims=rims[len(known) :],
         labels=labels(found, view, depth_m, to - nearest),
     )

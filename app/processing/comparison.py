@@ -53,7 +53,7 @@ def same_comparison(one: View, other: View) -> bool:
 
     def what_matters(view: View) -> tuple[Any, ...]:
         settings = msgspec.structs.replace(view.settings, method="hats", level=None)
-        return view.camera, view.dock, settings, view.by_hand, view.known_pose
+        return view.camera, view.dock, settings, view.by_hand, view.set_lights, view.known_pose
 
     return one.image is other.image and what_matters(one) == what_matters(other)
 

@@ -2,12 +2,16 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median
 
 import numpy as np
 from dockpose import Estimate
+from dockpose.app.processing.analysis import Analysis, analyse
+from dockpose.app.processing.background import Progress
+from dockpose.app.processing.comparison import DEFAULTS, compare
 from dockpose.app.processing.losses import Losses, lost_of
+from dockpose.app.state.view import View
 from dockpose.paper.rivals import NAMES
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose, PoseError, pose_error
@@ -48,6 +52,24 @@ def known_by_hand(found: Estimate) -> Known | None:
 def _known(pose: CirclePose) -> KnownPose:
     x, y, z = (float(one) for one in pose.position_m)
     return KnownPose((x, y, z), math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad))
+
+
+def judged_by(analysis: Analysis) -> View:
+    """Return the view with the pose of lights that were set by hand for its truth, where no other is known."""
+    known = known_by_hand(analysis.estimate)
+    is_needed = known is not None and known.pose is not None and analysis.view.known_pose is None
+    return replace(analysis.view, truth=known.pose) if known is not None and is_needed else analysis.view
+
+
+def judged_views(views: Iterable[View], progress: Progress) -> list[Judged]:
+    """Judge every method on the pictures whose lights are set, by these."""
+    rows = list[Judged]()
+    for view in progress.over([view for view in views if view.set_lights is not None]):
+        known = known_by_hand(analyse(view).estimate)
+        if known is not None:
+            found = compare(view.image, view.camera, view.dock, DEFAULTS)
+            rows += judged(view.source, found, known)
+    return rows
 
 
 def judged(picture: str, found: Mapping[str, Estimate], known: Known) -> Iterator[Judged]:

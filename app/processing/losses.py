@@ -78,9 +78,13 @@ def _is_alike(one: Estimate, best: Estimate, view: View) -> bool:
     )
 
 
-def losses(found: Mapping[str, Estimate], best: Estimate, scene: Scene | None = None) -> dict[str, Losses]:
-    """Return what each method lost of a scene's lights, or of those that the best one found, where there are any."""
-    if scene is not None:
+def losses(
+    found: Mapping[str, Estimate], best: Estimate, scene: Scene | None = None, set_px: np.ndarray | None = None
+) -> dict[str, Losses]:
+    """Return what each method lost of lights set by hand (N, 2), a scene's, or those that the best one found."""
+    if set_px is not None:
+        lights_px = set_px
+    elif scene is not None:
         truth = truth_of(scene)
         lights_px = truth.lights_px[truth.visible]
     elif best.selected is None or best.markers is None or best.ring is None:

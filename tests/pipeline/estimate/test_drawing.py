@@ -102,3 +102,11 @@ def test_lines_of_words_have_the_colours_of_their_poses(found):
         # of what a stroke covers of a pixel, which is less in older versions of OpenCV.
         letters = line[line.max(axis=2) >= np.percentile(bright.max(axis=1), 90)]
         assert np.median(letters.min(axis=1) - 0.45 * 255 * letters.max(axis=1) / most) >= -1
+
+
+def test_the_chosen_pose_is_drawn_twice_as_wide_as_the_other():
+    found = estimate(render(random_scene(1))[0], CAMERA, DOCK)
+    chosen, other = (
+        share_of(drawn(found, part, scale=2), colour) for part, colour in zip("ab", POSE_COLOURS, strict=True)
+    )
+    assert chosen > 1.3 * other

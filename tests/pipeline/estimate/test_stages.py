@@ -1,7 +1,8 @@
 import cv2
 import numpy as np
 import pytest
-from dockpose import Dock, estimate
+from dockpose import Dock, Settings, estimate
+from dockpose.estimate.flow import picture_in
 from dockpose.pose.circle import rotation_from_angles
 
 from tests.support.scenes import CAMERA
@@ -44,3 +45,10 @@ def test_too_few_lights_are_counted_and_what_would_help_is_said(lights, told, wo
     assert found.threshold is not None
     assert found.message.startswith(words.format(level=found.threshold.level))
     assert ("Four do" in found.message) == ("Four do" in words)
+
+
+def test_a_region_is_all_that_is_looked_at():
+    image = np.arange(40 * 60, dtype=np.uint16).reshape(40, 60)
+    picture = picture_in(image, CAMERA, Settings(), (10, 6, 20, 14))
+    assert (picture.part, picture.width, picture.height) == ((10, 6, 30, 20), 60, 40)
+    np.testing.assert_array_equal(picture.image, image[6:20, 10:30])

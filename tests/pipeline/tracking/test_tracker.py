@@ -10,12 +10,14 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Dock, Estimate, Settings, Tracker, estimate
+from dockpose.lights.ellipse import fit_ellipse
 from dockpose.lights.ring import Ring
 from dockpose.pose.circle import rotation_from_angles
 from dockpose.pose.solve import find_poses
 from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Lights, Pose, Scene, film
 from dockpose.simulate.sequence import steer
 from dockpose.tracking import NO_TRACK
+from dockpose.tracking.tracker import WORTH
 
 from tests.support.scenes import CAMERA, DOCK
 from tests.support.two_docks import drawn, follow, lights_m, stays
@@ -401,3 +403,8 @@ def test_by_another_camera_a_track_is_no_surer_than_its_last_frame():
     ]
     assert min(chances[3:10]) > 0.95
     assert chances[10] < 0.95
+
+
+def test_the_first_ring_of_a_track_weighs_as_much_as_one_that_moved():
+    ring = fit_ellipse([[50, 0], [0, 40], [-50, 0], [0, -40], [30, 32]])
+    assert Tracker(CAMERA, DOCK)._worth(ring) == Tracker(CAMERA, DOCK)._worth(None) == WORTH

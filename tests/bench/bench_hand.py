@@ -127,9 +127,9 @@ def in_haze(seed: int) -> tuple[bool, int]:
     """
     rng = np.random.default_rng([_SEED + 1, seed])
     lights = int(rng.integers(6, 17))
-    lamps = dock_drawn(
-        rng, circle(even(lights)), Dock(DIAMETER_M, lights), diameters=rng.uniform(4, 12), focal=(0.8, 2)
-    )
+    dock = Dock(DIAMETER_M, lights)
+    lamps = dock_drawn(rng, circle(even(lights)), dock, diameters=rng.uniform(4, 12), focal=(0.8, 2))
+    assert lamps.position_m is not None
     noise, veil, height = rng.uniform(3, 5), rng.uniform(80, 140), rng.uniform(0.5, 3)
     phases, tracker, found, counts = rng.uniform(0, 6, 2), Tracker(lamps.camera, dock), list[bool](), 0
     for frame in range(_FRAMES):

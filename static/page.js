@@ -85,7 +85,9 @@ document.addEventListener("beforeinput", (event) => {
 document.addEventListener("keydown", (event) => {
   if (event.key !== "Escape" || viserPage.hasDialog()) return;
   if (event.target.matches("input, textarea")) event.target.blur();
-  else if (["Log", "Calibrate"].some((name) => viserPage.isOpen(viserPage.tabOf(name)))) viserPage.openTab(viserPage.tabOf("Picture"));
+  else if (viserPage.tabs().some((tab) => /^(Log|Calibrate)$/.test(viserPage.nameOfTab(tab)) && viserPage.isOpen(tab))) {
+    viserPage.openTab(viserPage.tabOf("Picture"));
+  }
 }, true);
 document.addEventListener("click", (event) => {
   if (viserPage.isChoice(event.target)) setTimeout(() => document.activeElement.blur());

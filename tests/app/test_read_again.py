@@ -1,5 +1,8 @@
 """What we write is read again to the same poses: bags of every kind of source, a ZIP file's picture, a session's."""
 
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalMemberAccess=false
+
 import io
 import json
 import zipfile

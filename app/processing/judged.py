@@ -9,7 +9,7 @@ import numpy as np
 from dockpose import Estimate
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.processing.background import Progress
-from dockpose.app.processing.comparison import DEFAULTS, compare
+from dockpose.app.processing.comparison import compare
 from dockpose.app.processing.losses import Losses, lost_of
 from dockpose.app.state.view import View
 from dockpose.paper.rivals import NAMES
@@ -67,7 +67,7 @@ def judged_views(views: Iterable[View], progress: Progress) -> list[Judged]:
     for view in progress.over([view for view in views if view.set_lights is not None]):
         known = known_by_hand(analyse(view).estimate)
         if known is not None:
-            found = compare(view.image, view.camera, view.dock, DEFAULTS)
+            found = compare(view.image, view.camera, view.dock, view.settings)
             rows += judged(view.source, found, known)
     return rows
 

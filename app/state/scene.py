@@ -82,10 +82,10 @@ def with_scene(view: View, scene: Scene, *, keep: bool = True) -> View:
 
 
 def rendered(view: View) -> View:
-    """The view with the picture of its scene, where that is still to be rendered."""
+    """The view with the picture of its scene, where that is still to be rendered; lights were set in another one."""
     if not view.is_stale or view.scene is None:
         return view
-    return replace(view, image=render(view.scene)[0], is_stale=False)
+    return replace(view, image=render(view.scene)[0], is_stale=False, set_lights=None)
 
 
 def with_psf(view: View, model: Any) -> View:

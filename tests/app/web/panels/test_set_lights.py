@@ -5,6 +5,7 @@ from html import unescape
 
 import numpy as np
 import pytest
+from dockpose.app.state.parameters import put
 from dockpose.app.state.preferences import Memory
 from dockpose.app.state.view import open_source, with_sample
 from dockpose.app.web.app import App
@@ -165,3 +166,11 @@ def test_spot_is_where_a_click_would_set_the_light(app, hand):
     before = hand._spot.content
     ask(app, hand, "spot", 8, at=(-5.0, 20.0))
     assert hand._spot.content is before
+
+
+def test_another_picture_of_the_scene_has_none_of_the_lights(app, hand):
+    set_lights(app, hand, truth_px()[:6])
+    app.change(lambda view: put(view, "z_cm", 150))
+    assert app.wait_until_idle(60)
+    assert app.view.set_lights is None
+    assert (app._current.estimate.found_by, app._current.estimate.lights_on_ring) == ("search", 10)

@@ -130,13 +130,11 @@ def table(title: str, found: Mapping[str, Estimate], truth: KnownPose | None = N
 def columns(title: str, rows: Sequence[Sequence[str]]) -> list[str]:
     """Return a title and lines of columns; the first of these, and one without a head, stands at the left."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lefts = [at == 0 or not head for at, head in enumerate(rows[0])]
+    signs = ["<" if at == 0 or not head else ">" for at, head in enumerate(rows[0])]
     lines = [printable(title)]
     for row in rows:
-        cells = zip(row, widths, lefts, strict=True)
-        lines.append(
-            "  ".join(("", *(cell.ljust(wide) if left else cell.rjust(wide) for cell, wide, left in cells))).rstrip()
-        )
+        cells = (f"{cell:{sign}{wide}}" for cell, wide, sign in zip(row, widths, signs, strict=True))
+        lines.append("  ".join(("", *cells)).rstrip())
     return lines
 
 

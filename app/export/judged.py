@@ -14,7 +14,8 @@ from dockpose.app.processing.judged import HEAD, Judged, summary
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_CSV = "picture,method,level,lights,missed,run_together,strays,status,right,off_m,off_deg".split(",")
+_CSV = ["picture", "method", "level", "lights", "missed", "run_together", "strays"]
+_CSV += ["status", "right", "off_m", "off_deg"]
 _BARS: tuple[tuple[str, str, Callable[[Judged], int]], ...] = (
     ("found alone", GREEN, lambda row: row.lost.lights - row.lost.missed - row.lost.joined),
     ("run together", ORANGE, lambda row: row.lost.joined),

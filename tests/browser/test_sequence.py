@@ -236,3 +236,15 @@ def test_dropped_video_opens_the_tab_and_plays(page, tmp_path):
     page.drop("dropped.avi", video(tmp_path), "video/x-msvideo")
     page.until(lambda: "dropped.avi, frame 1 of 4" in page.status)
     page.choose("Sequence", NONE_CHOSEN)
+
+
+def test_play_pressed_twice_takes_no_frame(page):
+    button = page.page.get_by_role("button", name="Play", exact=True)
+    box = button.bounding_box()
+    place = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.page.mouse.click(*place)
+    page.until(lambda: page.app.opened is not None and not button.is_visible())
+    on_top = page.page.evaluate(
+        "([x, y]) => document.elementFromPoint(x, y)?.closest('button')?.textContent ?? ''", place
+    )
+    assert on_top in ("", "Play")

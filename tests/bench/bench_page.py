@@ -17,6 +17,7 @@ from dockpose.camera.files import save_camera
 from tests.bench import films
 from tests.bench.bench_speed import DOCK, camera, scene
 from tests.browser.conftest import Page
+from tests.browser.test_set_lights import TRUTH_PX, place_of, squares
 
 MOVES = 80
 DRAG_PX, PAUSE_MS = 2, 160
@@ -26,10 +27,24 @@ RATE_SHARE, LEAST_HZ = 0.95, 25.0  # of 30 frames/s, or of the bare page's rate 
 LEAST_FILM_HZ = 28.0  # of a film of a photographed ring
 SLIDER_MS, DOCKS_MS = 100.0, 150.0  # from a slider to what follows it, and to both docks in 3D
 FIRST_PAGE_S, FIRST_RESULT_S = 1.8, 0.7  # from the command, from navigation
+CLICK_MS = 100.0  # from a click to the pose of the lights that are set
 MEMORY_S = 600.0  # how long sliders move while memory is watched
 WARM_UP = 0.4  # of that time, in which caches still fill
 GROWTH_MB = 25.0  # at most, from the warm-up to the end, on either side
 
+# The same from each click in the picture to what is drawn of it.
+_CLICKS = """
+() => {
+  window.clicks = [];
+  let clicked = null;
+  const stage = document.querySelector("dockpose-picture .stage");
+  stage.addEventListener("pointerup", () => { clicked = performance.now(); }, true);
+  new MutationObserver(() => {
+    if (clicked !== null) window.clicks.push(performance.now() - clicked);
+    clicked = null;
+  }).observe(document.querySelector("dockpose-picture"), { attributes: true, attributeFilter: ["data-drawn"] });
+}
+"""
 # Times, in the page's own clock, from a slider's movement to the next frame drawn after what it changed was put there:
 # the overlay over the picture, or the picture of the bare page.
 _WATCH = """
@@ -304,6 +319,23 @@ def test_slider_to_overlay_and_table_at_640_x_480(browser, serve, tmp_path):
             assert median <= SLIDER_MS
             if label == "Diameter (cm)":  # with an fx far from its own the picture is searched in more ways
                 assert median <= TIMES_BARE * bare
+
+
+def test_click_to_pose_of_lights_set_by_hand_at_640_x_480(browser, serve) -> None:
+    """Ten lights clicked one after the other, each once the pose of those before it is drawn."""
+    with opened(browser, serve()) as page:
+        page.page.locator("dockpose-picture [data-do=hand]").click()
+        places = [place_of(page, point) for point in TRUTH_PX]
+        page.page.locator("dockpose-picture [data-do=clear]").click()
+        page.until(lambda: squares(page) == 0 and "0 lights set by hand" in page.status)
+        page.page.evaluate(_CLICKS)
+        for number, place in enumerate(places, 1):
+            page.page.mouse.move(*place)
+            page.page.mouse.click(*place)
+            page.until(lambda number=number: squares(page) == number and len(page.page.evaluate("clicks")) == number)
+        delays = np.array(page.page.evaluate("clicks"))
+    median_ms, _ = tell("click to pose", delays, len(TRUTH_PX))
+    assert median_ms <= CLICK_MS
 
 
 def test_slider_to_simulated_picture_at_640_x_480(browser, serve):

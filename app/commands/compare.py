@@ -59,9 +59,10 @@ def run(arguments: argparse.Namespace) -> int:
         all_read = all(part is not None for part in parts)
         for part in parts:
             if isinstance(part, Batch):
-                for picture, found in part.run(work):
+                both = part.run(lambda picture: (_known(picture, arguments.rotate), work(picture)))
+                for picture, (known, found) in both:
                     write(picture, found)
-                    if (known := _known(picture, arguments.rotate)) is not None:
+                    if known is not None:
                         rows += judged(str(picture.path), found, known)
                 all_read &= part.left_out == 0
             elif part is not None:

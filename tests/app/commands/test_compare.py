@@ -129,6 +129,14 @@ def test_pictures_whose_lights_are_known_make_one_table_of_all_methods(tank, cap
     ]
 
 
+def test_lights_that_cannot_be_of_a_picture_are_named_with_it_and_the_others_are_compared(tank, capsys):
+    (tank / "dark.yaml").write_text(json.dumps({"lights_px": [[5000, 10]]}))
+    assert main(["compare", "dark.png", "s1.png", *DOCK_OPTIONS]) == 1
+    captured = capsys.readouterr()
+    assert "dark.png: light 1 is at 5000, 10, outside the picture" in captured.err
+    assert captured.out.startswith("s1.png\n")
+
+
 def test_labels_of_many_pictures_are_taken_and_a_table_without_known_lights_is_refused(tank, capsys):
     assert main(["compare", "dark.png", *DOCK_OPTIONS, "--out", "table.csv"]) == 2
     assert "of no picture the lights are known" in capsys.readouterr().err

@@ -28,7 +28,7 @@ LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres
 _METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
 # Of all commands, the options that write, and those that name one file to read.
 WRITTEN = ("json", "csv", "tum", "annotate", "out", "out_camera", "record", "log_file")
-READ = ("camera", "dock", "vehicle", "scene")
+READ = ("camera", "dock", "vehicle", "scene", "lights_at")
 _TYPES = {
     **{"int": int, "float": float, "path": Path, "sample": sample_source},
     "sample_path": lambda text: Path(sample_source(text)),

@@ -22,6 +22,7 @@ MODULES = (
     "dockpose.tracking",
     "dockpose.sources.frames",
     "dockpose.simulate",
+    "dockpose.truth",
 )
 # What numpydoc's validation says of a docstring, less what is no fault here: sections that are optional, and the
 # parameters, which classes may document as attributes.
@@ -34,7 +35,7 @@ UNIT = re.compile(
 
 
 # Plain factors, exponents and coefficients, and what the camera's own unit is of.
-WITHOUT_UNIT = {"conic", "normal", "probability", "quaternion_xyzw", "rotation"} | {
+WITHOUT_UNIT = {"conic", "normal", "probability", "quaternion_xyzw", "quaternions_xyzw", "rotation"} | {
     "beam_exponent",
     "distortion",
     "exposure",

@@ -17,9 +17,9 @@ from dockpose.pose.circle import CirclePose
 from dockpose.pose.solve import both_poses, find_poses
 
 _NUMBERS = 8  # of a homography
-# Focal lengths that are tried, in those of the camera; the chance that one more number fits so much better; what lights
-# that are in their places may be off; and what, where they are so by the camera, costs less than to leave them out.
-_TIMES, _NO_CHANCE, _IN_PLACE_PX, _SLIGHT = 1.1 ** np.arange(-12, 16), 1e-4, 0.5, math.log(1.1)
+# Focal lengths tried, in the camera's, and steps from the best; below: of one number more, off a place, too near to tell.
+_TIMES, _STEPS = 1.21 ** np.arange(-6, 8), (1.1, 1.05, 1.025, 1.0125)
+_NO_CHANCE, _IN_PLACE_PX, _SLIGHT = 1e-4, 0.5, math.log(1.1)
 _SAME_WAY = 0.5  # cosine of the angle between what parts the two poses by either camera, for one to be like the other
 _DOUBTFUL = 20.0  # how many times as far as off their ellipse
 
@@ -47,7 +47,7 @@ def other_focal_px(
         return rms_px, times, found.number or known.lights or 0
 
     best = min(map(placed, _TIMES.tolist()))
-    for step in (1.05, 1.025, 1.0125):
+    for step in _STEPS:
         best = min(best, placed(best[1] * step), placed(best[1] / step))
     rms_px, times, lights = best
     is_slight = is_placed and own_px < _IN_PLACE_PX and abs(math.log(times)) < _SLIGHT

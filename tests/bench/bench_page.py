@@ -1,5 +1,6 @@
 """How fast the page is beside a bare viser page of one slider and one picture, and memory while sliders move."""
 
+import math
 import os
 import subprocess
 import sys
@@ -11,18 +12,17 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from dockpose import estimate
 from dockpose.camera.files import save_camera
 
 from tests.bench import films
-from tests.bench.bench_speed import DOCK, camera, scene
+from tests.bench.bench_speed import camera, scene
 from tests.browser.conftest import Page
 from tests.browser.test_set_lights import TRUTH_PX, place_of, squares
 
 MOVES = 80
 DRAG_PX, PAUSE_MS = 2, 160
 TIMES_BARE = 1.25  # at most so many times what the bare page takes
-RATE_HZ, PLAYED_FRAMES = 30, 240
+RATE_HZ, PLAYED_FRAMES, TURN_DEG = 30, 240, 0.02  # of the camera, from frame to frame
 RATE_SHARE, LEAST_HZ = 0.95, 25.0  # of 30 frames/s, or of the bare page's rate where that is less; and in any case
 LEAST_FILM_HZ = 28.0  # of a film of a photographed ring
 SLIDER_MS, DOCKS_MS = 100.0, 150.0  # from a slider to what follows it, and to both docks in 3D
@@ -163,14 +163,15 @@ def large(tmp_path) -> list[str]:
 
 
 def video(tmp_path, width: int, height: int) -> list[str]:
-    """Arguments for a video of 30 frames/s in which the ring drifts across the picture."""
+    """Arguments for a video of 30 frames/s in which the camera turns, so that the ring drifts across the picture."""
     picture, arguments = rendered(tmp_path, width, height)
+    K = camera((width, height)).matrix
     path = str(tmp_path / "drift.avi")
     writer = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*"MJPG"), RATE_HZ, (width, height))
-    size, roll = (width, height), PLAYED_FRAMES // 2
-    estimate(np.roll(picture, roll, axis=1), camera(size), DOCK)  # compiles what a ring cut in two needs, once
     for number in range(PLAYED_FRAMES):
-        writer.write(cv2.cvtColor(np.roll(picture, number // 2, axis=1), cv2.COLOR_GRAY2BGR))
+        turned = K @ cv2.Rodrigues(np.array([0.0, math.radians(number * TURN_DEG), 0.0]))[0] @ np.linalg.inv(K)
+        seen = cv2.warpPerspective(picture, turned, (width, height), borderMode=cv2.BORDER_REPLICATE)
+        writer.write(cv2.cvtColor(seen, cv2.COLOR_GRAY2BGR))
     writer.release()
     return [path, *arguments]
 

@@ -17,7 +17,7 @@ from dockpose.pose.circle import CirclePose
 from dockpose.pose.solve import both_poses, find_poses
 
 _NUMBERS = 8  # of a homography
-# Focal lengths tried, in the camera's, and steps from the best; chance of one number more, off a place, too near to tell.
+# Focal lengths tried, in the camera's, and steps from the best; chance of one number more, off a place, hardly another.
 _TIMES, _STEPS = 1.21 ** np.arange(-6, 8), (1.1, 1.05, 1.025, 1.0125)
 _NO_CHANCE, _IN_PLACE_PX, _SLIGHT = 1e-4, 0.5, math.log(1.1)
 _SAME_WAY = 0.5  # cosine of the angle between what parts the two poses by either camera, for one to be like the other

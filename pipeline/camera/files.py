@@ -1,5 +1,6 @@
 """Camera files: those of many programs are read, and our own, ROS's, OpenCV's and Kalibr's written."""
 
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -80,7 +81,7 @@ def load_camera(
 def split_name(path: str | Path) -> tuple[Path, str]:
     """The file that FILE or FILE#NAME names, and the name."""
     text = str(path)
-    if "#" not in text or Path(path).exists():
+    if "#" not in text or os.path.exists(path):
         return Path(path), ""
     file, _, name = text.rpartition("#")
     return Path(file), name

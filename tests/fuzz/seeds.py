@@ -33,6 +33,7 @@ from mcap.writer import CompressionType
 from tests.pipeline.camera.formats.test_readers import FORMS
 from tests.support import bags as ros
 from tests.support import foxglove_messages, videos_in_bags
+from tests.support.trajectories import FILES
 
 CAMERA, DOCK = Camera(fx=90, fy=90, cx=47.5, cy=35.5, width=96, height=72), Dock(0.30, 8)
 SAMPLES = Path(__file__).parents[2] / "sample_images"
@@ -247,6 +248,11 @@ def foxglove_bags() -> list[bytes]:
 
 
 @functools.cache
+def trajectories() -> list[bytes]:
+    """Columns, body and text of each form, apart by lines of dashes."""
+    return ["\n=====\n".join(one).encode() for one in FILES]
+
+
 def killed_databases() -> list[bytes]:
     """A database and the log beside it, apart by a line of dashes."""
     with tempfile.TemporaryDirectory() as folder:

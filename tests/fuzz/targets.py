@@ -29,6 +29,7 @@ from dockpose.simulate.files import load_sequence
 from dockpose.sources import open_frames
 from dockpose.sources.bags.decoding import fields_of, frame_of, stamp_ns
 from dockpose.sources.bags.messages import camera_in, picture_in
+from dockpose.truth import read_trajectory
 
 from tests.fuzz import seeds
 
@@ -202,6 +203,24 @@ def _killed(path: Path) -> None:
     _frames(path)
 
 
+def trajectory(data: bytes) -> None:
+    """Read a measured trajectory with columns and body, apart by lines of dashes."""
+    columns, _, rest = data.partition(b"\n=====\n")
+    body, _, text = rest.partition(b"\n=====\n")
+    path = _session_folder() / "truth.txt"
+    path.write_bytes(text)
+    name = body.decode(errors="replace").replace("\0", "")
+    found = read_trajectory(f"{path}#{name}" if name else path, columns=columns.decode(errors="replace") or None)
+    if not (np.isfinite(found.times_s).all() and (np.diff(found.times_s) > 0).all()):
+        raise LieError("the times are not finite, or do not grow")
+    if not np.isfinite(found.positions_m).all():
+        raise LieError("a place is not finite")
+    if found.quaternions_xyzw is not None:
+        np.testing.assert_allclose(np.linalg.norm(found.quaternions_xyzw, axis=1), 1, atol=0.03)
+    if any("\n" in note or len(note) > 600 for note in found.notes):
+        raise LieError("a note is no short line")
+
+
 def array(data: bytes) -> None:
     """Search an array of any kind, shape, stride and values for a dock."""
     rng = np.random.default_rng(list(data[:16]))
@@ -276,6 +295,7 @@ TARGETS: dict[str, Target] = {
     "bag of foxglove": Target(_in_file(_frames, "bag.mcap"), seeds.foxglove_bags, 0.01),
     "bag message": Target(bag_message, seeds.bag_messages, 0.1),
     "killed database": Target(_in_file(_killed, "bag.db3"), seeds.killed_databases, 0.01),
+    "trajectory": Target(trajectory, seeds.trajectories, 0.1),
     "array": Target(array, _any_bytes, 0.02),
     "numbers": Target(numbers, _any_bytes, 0.1),
     "search settings": Target(settings_objects, _any_bytes, 0.02),

@@ -30,6 +30,7 @@ DEFINITIONS = {
     VIDEO[0]: f"{_HEAD}uint8[] data\nstring format\n",
     _CALIBRATION: f"{_HEAD}uint32 width\nuint32 height\nstring distortion_model\n"
     "float64[] d\nfloat64[9] k\nfloat64[9] r\nfloat64[12] p\n",
+    **dict.fromkeys(("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"), "geometry_msgs/TransformStamped[] transforms\n"),
     FFMPEG_PACKET: "std_msgs/Header header\nint32 width\nint32 height\nstring encoding\nuint64 pts\nuint8 flags\n"
     "bool is_bigendian\nuint8[] data\n",
 }

@@ -44,7 +44,7 @@ for _name in (
 LIBRARY["simulate"] = {"text", "checks", "files", "camera", "dock", "lights.ellipse", "pose"}
 # A simulated course that is steered by what is seen needs the estimate.
 LIBRARY["sources"] = {"text", "checks", "files", "camera", "dock", "simulate", "estimate"}
-LIBRARY["truth"] = set(LIBRARY) - {"sources", "simulate"}
+LIBRARY["truth"] = set(LIBRARY) - {"simulate"}
 LIBRARY["study"] = {*LIBRARY} - {"sources"}
 LIBRARY["paper"] = {*LIBRARY} - {"sources"}
 

@@ -43,7 +43,7 @@ GOOD = {
     "a table by numbers": (
         "0 1 2 3\n1 4 5 6\n",
         "",
-        "time=1:ms,x=2:mm,y=3,z=4",
+        "time=1:ms,x=2:mm,y=3:mm,z=4:mm",
         [0, 0.001],
         [0.001, 0.002, 0.003],
         None,

@@ -44,8 +44,8 @@ for _name in (
 LIBRARY["simulate"] = {"text", "checks", "files", "camera", "dock", "lights.ellipse", "pose"}
 # A simulated course that is steered by what is seen needs the estimate.
 LIBRARY["sources"] = {"text", "checks", "files", "camera", "dock", "simulate", "estimate"}
-LIBRARY["truth"] = set(LIBRARY) - {"simulate"}
 LIBRARY["study"] = {*LIBRARY} - {"sources"}
+LIBRARY["truth"] = set(LIBRARY) - {"simulate"}
 LIBRARY["paper"] = {*LIBRARY} - {"sources"}
 
 # The floors of the app, from the ground up: a folder may import those below it, and the library.

@@ -11,7 +11,9 @@ from dockpose.truth.trajectory import Placement, angle_slopes, angles, five_of
 
 def test_the_five_errors_of_a_pose_are_those_that_it_says_itself():
     pose = estimate("tilted").candidates[0]
-    assert pose.covariance is not None and pose.sigma_position_m is not None and pose.sigma_theta_rad is not None
+    assert pose.covariance is not None
+    assert pose.sigma_position_m is not None
+    assert pose.sigma_theta_rad is not None
     five = five_of(pose.covariance[None], pose.normal[None])[0]
     assert np.sqrt(np.diag(five)) == pytest.approx([*pose.sigma_position_m, *pose.sigma_theta_rad], rel=1e-6)
 

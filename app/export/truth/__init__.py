@@ -1,0 +1,1 @@
+"""Results beside a measured trajectory: read back, and what the comparison says, in words, tables and plots."""

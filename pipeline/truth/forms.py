@@ -80,7 +80,7 @@ def _motive(lines: list[str]) -> Layout:
     if order != "Quaternion":
         notes += (f"angles are taken in degrees, about the turned axes in the order {order}",)
     space = about.get("Coordinate Space", "Global")
-    notes += (f"its coordinate space is {space}, which is taken as one that stands still",) * (space != "Global")
+    notes += (f"its coordinate space is {shown(space)}, which is taken as one that stands still",) * (space != "Global")
     return Layout(_bodies(labels, 1), at + 1, ",", 1.0, metre, 1.0, order, notes)
 
 

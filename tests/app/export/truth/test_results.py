@@ -29,14 +29,8 @@ def folder(tmp_path_factory):
         for frame in film(plan):
             video.write(frame.image * 0 if frame.number == 2 else frame.image, frame.time_s)
     save_camera(CAMERA, folder / "camera.yaml")
-    forms = [
-        "--json",
-        str(folder / "film.jsonl"),
-        "--csv",
-        str(folder / "film.csv"),
-        "--out",
-        str(folder / "film.mcap"),
-    ]
+    named = {"--json": "film.jsonl", "--csv": "film.csv", "--out": "film.mcap", "--camera": "camera.yaml"}
+    forms = [word for option, name in named.items() for word in (option, str(folder / name))]
     assert main(["estimate", str(folder / "film.mkv"), *KNOWN, *forms]) == 0
     return folder
 

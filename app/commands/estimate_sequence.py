@@ -89,7 +89,8 @@ def _begin_mavlink(
         raise UserError(f"--mavlink {how.mavlink}: sends what is seen now, but {frames.source} is a recording")
     from dockpose.app.export.mavlink import Autopilot  # loads what takes long and is seldom asked for
 
-    autopilot = Autopilot(how.mavlink, how.mavlink_send, how.mavlink_ids, how.mavlink_age, how.carrier, tell)
+    send, made_for = how.mavlink_send, how.mavlink_for
+    autopilot = Autopilot(how.mavlink, send, how.mavlink_ids, how.mavlink_age, how.carrier, tell, made_for=made_for)
     files.callback(autopilot.close)
     return autopilot
 

@@ -89,5 +89,5 @@ def _autopilot(arguments: argparse.Namespace, vehicle: Vehicle | None) -> "Autop
         raise UserError(f"--mavlink {arguments.mavlink}: sends what is seen now; give a camera or a stream")
     from dockpose.app.export.mavlink import Autopilot  # loads what takes long and is seldom asked for
 
-    send, ids = arguments.mavlink_send, arguments.mavlink_ids
-    return Autopilot(arguments.mavlink, send, ids, arguments.mavlink_age, vehicle, say, is_on=False)
+    send, ids, made_for = arguments.mavlink_send, arguments.mavlink_ids, arguments.mavlink_for
+    return Autopilot(arguments.mavlink, send, ids, arguments.mavlink_age, vehicle, say, is_on=False, made_for=made_for)

@@ -4,6 +4,7 @@ import math
 import re
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -20,6 +21,11 @@ from dockpose.tracking.tracker import Tracked
 _ADDRESS = re.compile(r"(udpout|udpin|tcp):[^:\s]+:(\d{1,5})")
 _IDS = re.compile(r"(\d{1,3}):(\d{1,3})")
 MESSAGES = {"estimate": "VISION_POSITION_ESTIMATE", "delta": "VISION_POSITION_DELTA", "target": "LANDING_TARGET"}
+_MAKERS = {3: "ardupilot", 12: "px4"}  # MAV_AUTOPILOT of heartbeats
+_NAMES = {"ardupilot": "ArduPilot", "px4": "PX4"}
+_ATTITUDE_S = 0.5  # most between a picture and the ATTITUDE that goes with it
+_ATTITUDE_EACH_US = 50_000  # what is asked of an autopilot that sends none
+_TELL_AT = 100  # frames sent until their least delay is told
 _HEARTBEAT_S = 1.0
 _WAIT_S = 0.1
 _UPPER = np.triu_indices(6)
@@ -46,6 +52,7 @@ class Autopilot:
         vehicle: Vehicle | None = None,
         tell: Callable[[str], None] = lambda text: None,
         is_on: bool = True,
+        made_for: str = "auto",
     ) -> None:
         self.address, self.vehicle, self._most_age_s, self._tell = address, vehicle or AHEAD, most_age_s, tell
         self.kinds = _kinds(send)
@@ -70,6 +77,12 @@ class Autopilot:
         self._held, self._stop = threading.Lock(), threading.Event()
         self.is_on = is_on
         self.sent, self.refused, self._resets = 0, 0, 0  # frames, and what is new about the poses
+        self.made_for, self._least_s = (
+            made_for,
+            math.inf,
+        )  # by "auto" until a heartbeat says more; least delay of a frame
+        self._attitudes: deque[tuple[float, float, float]] = deque(maxlen=64)  # when, roll and pitch of the vehicle
+        self._way: tuple[str, bool] | None = None  # for whom, and whether level, the last message was made
         self.words = "nothing yet"  # what came of the last frame
         self._before: tuple[int, Placed] | None = None  # time and pose that were sent last
         self._last: tuple[int, float] | None = None  # number and time of the frame before
@@ -90,13 +103,19 @@ class Autopilot:
             self.refused += 1
             return
         assert found.selected is not None
-        messages = self._messages(found, found.selected, tracked.track.probability, frame.time_unix_s)
+        level = self._level(found.selected, frame.monotonic_s)
+        messages = self._messages(found, tracked.track.probability, frame.time_unix_s, level)
         with self._held:
             for message in messages:
                 self._mavlink.send(message)
         self.sent += bool(messages)
-        x, y, z = relative.vehicle_in_dock(found.selected, self.vehicle).position_m
-        self.words = f"{' and '.join(MESSAGES[kind] for kind in self.kinds)}: {-x:.2f} m before the dock, "
+        self._least_s = min(self._least_s, time.monotonic() - frame.monotonic_s)
+        if self.sent == _TELL_AT:
+            self._tell_delay()
+        x, y, z = (relative.vehicle_in_dock(found.selected, self.vehicle) if level is None else level[0]).position_m
+        kinds = MESSAGES | ({"estimate": "ODOMETRY"} if self.made_for == "px4" else {})
+        lacks = " without angles, for no ATTITUDE comes" if self.made_for in _NAMES and level is None else ""
+        self.words = f"{' and '.join(kinds[kind] for kind in self.kinds)}{lacks}: {-x:.2f} m before the dock, "
         self.words += f"{abs(y):.2f} m {'right' if y >= 0 else 'left'}, {abs(z):.2f} m {'below' if z >= 0 else 'above'}"
 
     def close(self) -> None:
@@ -105,6 +124,14 @@ class Autopilot:
         self._thread.join()
         self._link.close()
         self._tell(f"{self.address}: {self.sent} frames sent, {self.refused} not")
+        if 0 < self.sent < _TELL_AT:
+            self._tell_delay()
+
+    def _tell_delay(self) -> None:
+        """Say our least delay to ArduPilot's operator; what is more than the least, ArduPilot takes off by itself."""
+        if self.made_for == "ardupilot":
+            least = f"{1000 * self._least_s:.0f} ms or more after its picture came"
+            self._tell(f"{self.address}: a message leaves {least}; VISO_DELAY_MS is that and the camera's own delay")
 
     def _note_track(self, tracked: Tracked) -> None:
         """Count a reset where another track, or the other of the two poses, takes over."""
@@ -113,23 +140,51 @@ class Autopilot:
             self._resets, self._before = (self._resets + 1) % 256, None
         self._track = track if track[1] else self._track
 
-    def _messages(self, found: Estimate, pose: CirclePose, probability: float | None, time_s: float) -> list[Any]:
+    def _level(self, pose: CirclePose, seen_s: float) -> tuple[Placed, np.ndarray] | None:
+        """The pose and its covariance by the vehicle's own roll and pitch at that time; None without them."""
+        if self.made_for not in _NAMES:
+            return None
+        with self._held:
+            near = min(self._attitudes, key=lambda one: abs(one[0] - seen_s), default=(-math.inf, 0.0, 0.0))
+        if abs(near[0] - seen_s) > _ATTITUDE_S:
+            return None
+        return relative.level_in_dock(pose, self.vehicle, *near[1:])
+
+    def _messages(
+        self, found: Estimate, probability: float | None, time_s: float, level: tuple[Placed, np.ndarray] | None
+    ) -> list[Any]:
         """The messages about a frame; of the first after a gap there is no way from the one before."""
-        names, messages = self._names, []
-        time_us, here = round(1e6 * time_s), relative.vehicle_in_dock(pose, self.vehicle)
+        names, messages, pose, way = self._names, [], found.selected, (self.made_for, level is not None)
+        assert pose is not None
+        if self._way not in (None, way):  # other axes
+            self._resets, self._before = (self._resets + 1) % 256, None
+        self._way, time_us, sure = way, round(1e6 * time_s), 100 * (found.detection or 0.0) * (probability or 0.0)
+        here, spread = level or (
+            relative.vehicle_in_dock(pose, self.vehicle),
+            relative.vehicle_covariance(pose, self.vehicle),
+        )
         if "estimate" in self.kinds:
-            spread = relative.vehicle_covariance(pose, self.vehicle)[_UPPER].tolist()
-            where = (*here.position_m.tolist(), *here.roll_pitch_yaw_rad)
-            messages.append(names.MAVLink_vision_position_estimate_message(time_us, *where, spread, self._resets))
+            is_turned = level is not None or self.made_for not in _NAMES
+            messages.append(self._estimate(here, spread[_UPPER].tolist(), time_us, sure, is_turned))
         if "delta" in self.kinds and self._before is not None:
-            turned, way = (part.tolist() for part in relative.moved(self._before[1], here))
+            turned, moved = (part.tolist() for part in relative.moved(self._before[1], here))
             since_us = time_us - self._before[0]
-            sure = 100 * (found.detection or 0.0) * (probability or 0.0)
-            messages.append(names.MAVLink_vision_position_delta_message(time_us, since_us, turned, way, sure))
+            messages.append(names.MAVLink_vision_position_delta_message(time_us, since_us, turned, moved, sure))
         if "target" in self.kinds:
             messages.append(self._target(pose, found.dock.diameter, time_us))
         self._before = time_us, here
         return messages
+
+    def _estimate(self, here: Placed, spread: list[float], time_us: int, sure: float, is_turned: bool) -> Any:
+        """The message with the pose; its angles are NaN where they are not known."""
+        names, where, unknown = self._names, here.position_m.tolist(), math.nan
+        if self.made_for != "px4":
+            angles = here.roll_pitch_yaw_rad if is_turned else 3 * [unknown]
+            return names.MAVLink_vision_position_estimate_message(time_us, *where, *angles, spread, self._resets)
+        turned = relative.quaternion_wxyz(here.rotation) if is_turned else 4 * [unknown]
+        frames, speeds = (names.MAV_FRAME_LOCAL_FRD, names.MAV_FRAME_BODY_FRD), 6 * [unknown]
+        about = self._resets, names.MAV_ESTIMATOR_TYPE_VISION, round(sure)
+        return names.MAVLink_odometry_message(time_us, *frames, *where, turned, *speeds, spread, 21 * [unknown], *about)
 
     def _target(self, pose: CirclePose, diameter_m: float, time_us: int) -> Any:
         names, dock, (x, y, z) = self._names, relative.dock_in_body(pose, self.vehicle), pose.position_m.tolist()
@@ -151,19 +206,33 @@ class Autopilot:
                 kind, none = names.MAV_TYPE_ONBOARD_CONTROLLER, names.MAV_AUTOPILOT_INVALID
                 with self._held:
                     self._mavlink.heartbeat_send(kind, none, 0, 0, names.MAV_STATE_ACTIVE)
+                    latest_s = self._attitudes[-1][0] if self._attitudes else -math.inf
+                    if self.is_on and self.made_for in _NAMES and time.monotonic() - latest_s > _HEARTBEAT_S:
+                        asked = 0, names.MAVLINK_MSG_ID_ATTITUDE, _ATTITUDE_EACH_US, 0, 0, 0, 0, 0
+                        to = self._mavlink.srcSystem, names.MAV_COMP_ID_AUTOPILOT1
+                        self._mavlink.command_long_send(*to, names.MAV_CMD_SET_MESSAGE_INTERVAL, *asked)
             if self._link.select(_WAIT_S):
                 self._answer(self._link.recv(2**12))
 
     def _answer(self, data: bytes) -> None:
-        """Answer requests for the time by our clock, which stamps the messages."""
+        """Answer requests for the time by our clock, which stamps the messages; hear the vehicle's own autopilot."""
         try:
             messages = self._mavlink.parse_buffer(data) or []
         except self._names.MAVError:
             return
         for message in messages:
-            if message.get_type() == "TIMESYNC" and message.tc1 == 0:
+            kind, sender = message.get_type(), (message.get_srcSystem(), message.get_srcComponent())
+            if kind == "TIMESYNC" and message.tc1 == 0:
                 with self._held:
                     self._mavlink.timesync_send(time.time_ns(), message.ts1)
+            elif sender != (self._mavlink.srcSystem, self._names.MAV_COMP_ID_AUTOPILOT1):
+                continue
+            elif kind == "HEARTBEAT" and self.made_for == "auto" and message.autopilot in _MAKERS:
+                self.made_for = _MAKERS[message.autopilot]
+                self._tell(f"{self.address}: a heartbeat says {_NAMES[self.made_for]}, so messages are made for it")
+            elif kind == "ATTITUDE" and math.isfinite(message.roll + message.pitch):
+                with self._held:
+                    self._attitudes.append((time.monotonic(), message.roll, message.pitch))
 
 
 def _kinds(send: str) -> Sequence[str]:

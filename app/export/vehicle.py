@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 AHEAD = Vehicle(T_body_camera=Mount())  # its camera in its middle, and looking ahead
 _FRD = AHEAD.rotation  # of axes right, down, ahead
+_LEAST_FLAT = 0.2  # sine of the angle between the way into a dock and up or down, below which it has no heading
 
 
 class Placed(NamedTuple):
@@ -73,6 +74,37 @@ def vehicle_covariance(pose: CirclePose, vehicle: Vehicle = AHEAD) -> np.ndarray
     off[:3, 3:] = turns @ np.cross(np.eye(3), mount.position_m)
     off[3:, 3:] = to_angles @ turns
     return total + off @ off.T
+
+
+def level_in_dock(
+    pose: CirclePose, vehicle: Vehicle, roll_rad: float, pitch_rad: float
+) -> tuple[Placed, np.ndarray] | None:
+    """The vehicle in the dock's frame with z down by gravity, of known roll and pitch, and the total covariance (6, 6).
+
+    None where the dock faces up or down, so that it shows no heading. Roll and pitch, which are given, vary by nothing.
+    """
+    dock, body = dock_in_body(pose, vehicle), vehicle.in_frame("frd")
+    level = Rotation.from_euler("YX", [pitch_rad, roll_rad]).as_matrix()
+    into, mount = level @ dock.rotation[:, 0], body.T_body_camera
+    flat_squared = float(into[0] ** 2 + into[1] ** 2)
+    if flat_squared < _LEAST_FLAT**2:
+        return None
+    turned = Rotation.from_euler("Z", -math.atan2(into[1], into[0])).as_matrix() @ level
+    here = Placed(-turned @ dock.position_m, turned)
+    by_turn = np.cross(np.eye(3), into).T  # what a small rotation does to the way into the dock
+    to_yaw = (into[1] * by_turn[0] - into[0] * by_turn[1]) / flat_squared @ level
+    total, across = np.zeros((6, 6)), np.cross([0.0, 0.0, 1.0], here.position_m)
+    arm = np.cross(np.eye(3), dock.position_m - mount.position_m).T
+    for spread, axes, swing in (
+        (covariance(pose), body.rotation, np.zeros((3, 3))),
+        (np.diag(3 * [mount.position_sigma_m**2] + 3 * [math.radians(mount.angle_sigma_deg) ** 2]), np.eye(3), arm),
+    ):
+        change = np.zeros((6, 6))
+        change[5, 3:] = to_yaw @ axes
+        change[:3, :3], change[:3, 3:] = -turned @ axes, -turned @ swing
+        change[:3] += np.outer(across, change[5])
+        total += change @ spread @ change.T
+    return here, total
 
 
 def moved(before: Placed, now: Placed) -> tuple[np.ndarray, np.ndarray]:

@@ -23,9 +23,7 @@ BEGIN = "<!-- make security writes this table -->"
 LONGEST_ANSWER_S = 0.25
 MOST_MEMORY_BYTES = 8 * PAGE  # after an attack, above what was there before it
 # Without a line in the log: these are no refusals.
-QUIET = {
-    "200 browsers that come and go", "100 requests that never end",
-}  # fmt: skip
+QUIET = {"200 browsers that come and go", "100 requests that never end"}
 
 
 @dataclass
@@ -88,8 +86,6 @@ def attacked(folder: Path, only: str = "") -> list[Outcome]:
     pictures = folder / "pictures"
     pictures.mkdir()
     shutil.copy(sample_path("plain"), pictures / "plain.png")
-    shutil.copy(sample_path("plain"), folder / "secret.png")
-    (pictures / "link.png").symlink_to(folder / "secret.png")
     limit = ("--upload-limit-mb", str(files.LIMIT_MB))
     outcomes = []
     with Program(folder, "--folder", str(pictures), *limit) as program:

@@ -50,18 +50,6 @@ def never_ending(program, source):
     return "given up at the 11th byte; one that stands still after 60 s, or with its browser"
 
 
-def lying(program, source):
-    with opened(program, source) as page:
-        for size, parts in ((0, 1), (5, 0), (100, 100), (2**20, 1_000_000)):
-            begin(page, f"{size}", size, parts)
-        told(page, "do not come in")
-        time.sleep(1.1)
-        begin(page, "less", 100, 1)
-        part(page, "less", 0, b"x")
-        told(page, "less came")
-    return "refused with a sentence"
-
-
 def of_no_bytes(program, source):
     """20,000 begun, each with a part that never comes."""
     with opened(program, source) as page:
@@ -87,7 +75,6 @@ def many_at_once(program, source):
 ATTACKS = {
     "A file of 1 TB": oversized,
     "Files that never end": never_ending,
-    "Files that lie about size and parts": lying,
     "20,000 files of no bytes": of_no_bytes,
     "500 files at once": many_at_once,
 }

@@ -30,7 +30,7 @@ from dockpose.sources.bags.storage import Topic
 from dockpose.tracking.tracker import Tracker
 from mcap.writer import CompressionType
 
-from tests.pipeline.camera.formats.test_readers import FORMS
+from tests.pipeline.camera.formats.test_readers import FORMS, as_bytes
 from tests.support import bags as ros
 from tests.support import foxglove_messages, videos_in_bags
 from tests.support.trajectories import FILES
@@ -99,20 +99,14 @@ def cameras() -> list[bytes]:
 @functools.cache
 def camera_forms() -> list[bytes]:
     """Camera files of other programs."""
-    contents = [content for content, _ in FORMS.values()]
-    return [content if isinstance(content, bytes) else content.encode() for content in contents]
+    return [as_bytes(content) for content, _ in FORMS.values()]
 
 
 @functools.cache
 def docks() -> list[bytes]:
     """Dock files."""
     off_axis = Entrance(position_m=(0.1, 0.0, 0.2), normal=(0.0, -1.0, -1.0))
-    kinds = (
-        DOCK,
-        Dock(0.5),
-        Dock(0.3, 5, entrance=off_axis),
-        Dock(0.3, angles_deg=(0, 80, 170, 260)),
-    )
+    kinds = (DOCK, Dock(0.5), Dock(0.3, 5, entrance=off_axis), Dock(0.3, angles_deg=(0, 80, 170, 260)))
     with tempfile.TemporaryDirectory() as folder:
         path, written = Path(folder) / "d.yaml", []
         for dock in kinds:

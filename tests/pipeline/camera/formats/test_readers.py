@@ -35,12 +35,18 @@ def fisheye(distortion=BENT):
     return cv2.fisheye.projectPoints(POINTS_M[:, None], np.zeros(3), np.zeros(3), K, np.array(distortion))[0][:, 0]
 
 
+def as_bytes(content):
+    """A file's bytes of its text, or of what it holds in JSON."""
+    text = json.dumps(content) if isinstance(content, dict | list) else content
+    return text if isinstance(text, bytes) else text.encode()
+
+
 def rows(matrix):
     return json.dumps(np.asarray(matrix).tolist())
 
 
-def opencv_file(ending, names=("image_width", "image_height", "camera_matrix", "distortion_coefficients")):
-    storage = cv2.FileStorage(ending, cv2.FileStorage_WRITE | cv2.FileStorage_MEMORY)
+def opencv_file(ending, names=("image_width", "image_height", "camera_matrix", "distortion_coefficients"), flags=0):
+    storage = cv2.FileStorage(ending, cv2.FileStorage_WRITE | cv2.FileStorage_MEMORY | flags)
     for name, value in zip(names, (WIDTH, HEIGHT, K, np.array(FIVE)[:, None]), strict=True):
         storage.write(name, value)
     return storage.releaseAndGetString()
@@ -279,19 +285,6 @@ GYROFLOW = {
 }
 
 
-def base64_file():
-    storage = cv2.FileStorage("c.yml", cv2.FileStorage_WRITE | cv2.FileStorage_MEMORY | cv2.FileStorage_BASE64)
-    for name, value in (
-        ("image_width", WIDTH),
-        ("image_height", HEIGHT),
-        ("camera_matrix", K),
-        ("D", np.array([FIVE])),
-    ):
-        storage.write(name, value)
-    return storage.releaseAndGetString()
-
-
-BASE64 = base64_file()
 OTHER = {"camera_matrix": K.tolist(), **IMAGE}
 FORMS = {
     "Kalibr": (KALIBR, pinhole(FOUR)),
@@ -310,25 +303,25 @@ FORMS = {
         pinhole(FIVE),
     ),
     "OpenCV's sample, fisheye": (
-        json.dumps({"camera_matrix": K.tolist(), "distortion_coefficients": BENT, "fisheye_model": 1, **SIZE}),
+        {"camera_matrix": K.tolist(), "distortion_coefficients": BENT, "fisheye_model": 1, **SIZE},
         fisheye(),
     ),
     "a script's JSON": (
         json.dumps({"camera_matrix": K.tolist(), "dist_coeff": [FIVE], "image_size": [640, 480]}, indent="\t"),
         pinhole(FIVE),
     ),
-    "a script's mtx": (json.dumps({"mtx": K.tolist(), "dist": [FIVE], **SIZE}), pinhole(FIVE)),
-    "a script's K": (json.dumps({"K": K.ravel().tolist(), "D": FIVE, "img_size": [640, 480]}), pinhole(FIVE)),
-    "Open3D": (json.dumps({"intrinsic_matrix": K.T.ravel().tolist(), **SIZE}), pinhole()),
+    "a script's mtx": ({"mtx": K.tolist(), "dist": [FIVE], **SIZE}, pinhole(FIVE)),
+    "a script's K": ({"K": K.ravel().tolist(), "D": FIVE, "img_size": [640, 480]}, pinhole(FIVE)),
+    "Open3D": ({"intrinsic_matrix": K.T.ravel().tolist(), **SIZE}, pinhole()),
     "RealSense": (
-        json.dumps({"fx": FX, "fy": FY, "ppx": CX, "ppy": CY, "coeffs": FIVE, "model": "Brown Conrady", **SIZE}),
+        {"fx": FX, "fy": FY, "ppx": CX, "ppy": CY, "coeffs": FIVE, "model": "Brown Conrady", **SIZE},
         pinhole(FIVE),
     ),
     "numbers by name": (
-        json.dumps({"fx": FX, "fy": FY, "cx": CX, "cy": CY, "k1": -0.2, "k2": 0.1, **SIZE}),
+        {"fx": FX, "fy": FY, "cx": CX, "cy": CY, "k1": -0.2, "k2": 0.1, **SIZE},
         pinhole([-0.2, 0.1, 0, 0]),
     ),
-    "calib.io": (json.dumps(CALIBIO), pinhole(TILTED)),
+    "calib.io": (CALIBIO, pinhole(TILTED)),
     "COLMAP OPENCV": (colmap("OPENCV", FX, FY, *HALF, *FOUR), pinhole(FOUR)),
     "COLMAP FULL_OPENCV": (colmap("FULL_OPENCV", FX, FY, *HALF, *EIGHT), pinhole(EIGHT)),
     "COLMAP PINHOLE": (colmap("PINHOLE", FX, FY, *HALF), pinhole()),
@@ -336,8 +329,8 @@ FORMS = {
     "Metashape": (AGISOFT, pinhole(FIVE)),
     "Metashape's cameras, fisheye": (DOCUMENT, fisheye()),
     "Agisoft Lens": (LENS, pinhole(FIVE)),
-    "MATLAB's JSON": (json.dumps(MATLAB | {"K": TURNED.tolist()}), pinhole(FIVE)),
-    "MATLAB's JSON before 2022": (json.dumps(MATLAB | {"IntrinsicMatrix": TURNED.T.tolist()}), pinhole(FIVE)),
+    "MATLAB's JSON": (MATLAB | {"K": TURNED.tolist()}, pinhole(FIVE)),
+    "MATLAB's JSON before 2022": (MATLAB | {"IntrinsicMatrix": TURNED.T.tolist()}, pinhole(FIVE)),
     "MATLAB's MAT": (mat(params=MATLAB | {"IntrinsicMatrix": TURNED.T}), pinhole(FIVE)),
     "MATLAB's intrinsics": (
         mat(s=MATLAB | {"FocalLength": [FX, FY], "PrincipalPoint": [CX + 1, CY + 1], "Skew": 0.0}),
@@ -345,9 +338,7 @@ FORMS = {
     ),
     "NumPy": (npz(mtx=K, dist=np.array([FIVE]), rvecs=np.zeros((3, 3, 1))), pinhole(FIVE)),
     "MC-Calib": (
-        json.dumps(
-            {"camera_0": {"camera_matrix": K.tolist(), "distortion_vector": FIVE, "distortion_type": 0} | IMAGE}
-        ),
+        {"camera_0": {"camera_matrix": K.tolist(), "distortion_vector": FIVE, "distortion_type": 0} | IMAGE},
         pinhole(FIVE),
     ),
     "MC-Calib's fisheye, XML": (
@@ -358,13 +349,13 @@ FORMS = {
         "</camera_0></opencv_storage>",
         fisheye(),
     ),
-    "Gyroflow": (json.dumps(GYROFLOW), fisheye()),
+    "Gyroflow": (GYROFLOW, fisheye()),
     "Gyroflow, without a lens": (
-        json.dumps(GYROFLOW | {"fisheye_params": {"camera_matrix": K.tolist(), "distortion_coeffs": [0] * 4}}),
+        GYROFLOW | {"fisheye_params": {"camera_matrix": K.tolist(), "distortion_coeffs": [0] * 4}},
         pinhole(),
     ),
     "Gyroflow, old": (
-        json.dumps(GYROFLOW | {"use_opencv_fisheye": True, "use_opencv_standard": False, "calib_params": {}}),
+        GYROFLOW | {"use_opencv_fisheye": True, "use_opencv_standard": False, "calib_params": {}},
         fisheye(),
     ),
     "KITTI": (
@@ -372,36 +363,28 @@ FORMS = {
         f"D_00: {' '.join(map(str, FIVE))}\nS_rect_00: 6.2e+02 3.7e+02\n",
         pinhole(FIVE),
     ),
-    "EasyMocap": (json.dumps({"K_01": K.tolist(), "D_01": FIVE, "W_01": WIDTH, "H_01": HEIGHT}), pinhole(FIVE)),
+    "EasyMocap": ({"K_01": K.tolist(), "D_01": FIVE, "W_01": WIDTH, "H_01": HEIGHT}, pinhole(FIVE)),
     "PhotonVision": (
-        json.dumps(
-            {
-                "resolution": SIZE,
-                "cameraIntrinsics": {"rows": 3, "cols": 3, "data": K.ravel().tolist()},
-                "distCoeffs": {"rows": 1, "cols": 5, "data": FIVE},
-                "calobjectSize": {"width": 7.0, "height": 7.0},
-            }
-        ),
+        {
+            "resolution": SIZE,
+            "cameraIntrinsics": {"rows": 3, "cols": 3, "data": K.ravel().tolist()},
+            "distCoeffs": {"rows": 1, "cols": 5, "data": FIVE},
+            "calobjectSize": {"width": 7.0, "height": 7.0},
+        },
         pinhole(FIVE),
     ),
-    "WPILib": (
-        json.dumps(OTHER | {"distortion_coefficients": EIGHT, "distortion_coefficients_rows": 8}),
-        pinhole(EIGHT),
-    ),
+    "WPILib": (OTHER | {"distortion_coefficients": EIGHT, "distortion_coefficients_rows": 8}, pinhole(EIGHT)),
     "RealSense, numbered": (
-        json.dumps(SIZE | {"fx": FX, "fy": FY, "ppx": CX, "ppy": CY, "model": 5, "coeffs": [*BENT, 0]}),
+        SIZE | {"fx": FX, "fy": FY, "ppx": CX, "ppy": CY, "model": 5, "coeffs": [*BENT, 0]},
         fisheye(),
     ),
-    "Theia": (
-        json.dumps(BY_NAME | SIZE | {"radial_distortion_coeffs": BENT, "camera_intrinsics_type": "FISHEYE"}),
-        fisheye(),
-    ),
+    "Theia": (BY_NAME | SIZE | {"radial_distortion_coeffs": BENT, "camera_intrinsics_type": "FISHEYE"}, fisheye()),
     "lengths beside the lens": (
-        json.dumps(OTHER | {"dist": FIVE, "min_dist": 30.5, "mapping": {"baseline_dist_thr_ratio": 0.02}}),
+        OTHER | {"dist": FIVE, "min_dist": 30.5, "mapping": {"baseline_dist_thr_ratio": 0.02}},
         pinhole(FIVE),
     ),
     "a node's parameters": (
-        json.dumps(IMAGE | {"camera_matrix": {"data": K.ravel().tolist()}, "distortion_coefficients": {"data": FIVE}}),
+        IMAGE | {"camera_matrix": {"data": K.ravel().tolist()}, "distortion_coefficients": {"data": FIVE}},
         pinhole(FIVE),
     ),
     "of PowerShell": (ECHO.encode("utf-16"), pinhole(EIGHT)),
@@ -411,69 +394,61 @@ FORMS = {
         pinhole(EIGHT),
     ),
     "OpenICC": (
-        json.dumps(
-            {
-                "intrinsic_type": "FISHEYE",
-                "fps": 30,
-                "image_width": WIDTH,
-                "image_height": HEIGHT,
-                "intrinsics": {
-                    "focal_length": FX,
-                    "aspect_ratio": FY / FX,
-                    "principal_pt_x": CX,
-                    "principal_pt_y": CY,
-                    "skew": 0.0,
-                    **{f"radial_distortion_{number}": each for number, each in enumerate(BENT, start=1)},
-                },
-            }
-        ),
+        {
+            "intrinsic_type": "FISHEYE",
+            "fps": 30,
+            "image_width": WIDTH,
+            "image_height": HEIGHT,
+            "intrinsics": {
+                "focal_length": FX,
+                "aspect_ratio": FY / FX,
+                "principal_pt_x": CX,
+                "principal_pt_y": CY,
+                "skew": 0.0,
+                **{f"radial_distortion_{number}": each for number, each in enumerate(BENT, start=1)},
+            },
+        },
         fisheye(),
     ),
     "Basalt": (
-        json.dumps(
-            {
-                "value0": {
-                    "intrinsics": [{"camera_type": "kb4", "intrinsics": BY_NAME | KS}] * 2,
-                    "resolution": [[WIDTH, HEIGHT]] * 2,
-                }
+        {
+            "value0": {
+                "intrinsics": [{"camera_type": "kb4", "intrinsics": BY_NAME | KS}] * 2,
+                "resolution": [[WIDTH, HEIGHT]] * 2,
             }
-        ),
+        },
         fisheye(),
     ),
     "DepthAI": (
-        json.dumps(
-            {
-                "boardName": "A",
-                "cameraData": [
-                    [
-                        0,
-                        {
-                            "cameraType": 1,
-                            "distortionCoeff": BENT + [0.0] * 10,
-                            "intrinsicMatrix": K.tolist(),
-                            "extrinsics": {"rotationMatrix": K.tolist()},
-                            **SIZE,
-                        },
-                    ]
-                ],
-            }
-        ),
+        {
+            "boardName": "A",
+            "cameraData": [
+                [
+                    0,
+                    {
+                        "cameraType": 1,
+                        "distortionCoeff": BENT + [0.0] * 10,
+                        "intrinsicMatrix": K.tolist(),
+                        "extrinsics": {"rotationMatrix": K.tolist()},
+                        **SIZE,
+                    },
+                ]
+            ],
+        },
         fisheye(),
     ),
     "Nerfstudio": (
-        json.dumps(
-            {
-                "fl_x": FX,
-                "fl_y": FY,
-                "cx": HALF[0],
-                "cy": HALF[1],
-                "w": WIDTH,
-                "h": HEIGHT,
-                **KS,
-                "camera_model": "OPENCV_FISHEYE",
-                "frames": [{"transform_matrix": [[5.5] * 4] * 4}],
-            }
-        ),
+        {
+            "fl_x": FX,
+            "fl_y": FY,
+            "cx": HALF[0],
+            "cy": HALF[1],
+            "w": WIDTH,
+            "h": HEIGHT,
+            **KS,
+            "camera_model": "OPENCV_FISHEYE",
+            "frames": [{"transform_matrix": [[5.5] * 4] * 4}],
+        },
         fisheye(),
     ),
     "OpenVSLAM": (
@@ -498,65 +473,56 @@ FORMS = {
         pinhole(FIVE),
     ),
     "Calib_Results.mat": (mat(KK=K, kc=FIVE, nx=WIDTH, ny=HEIGHT, kc_error=[0.1] * 5, Tc_1=[90.0] * 3), pinhole(FIVE)),
-    "OpenCV's base64": (BASE64, pinhole(FIVE)),
+    "OpenCV's base64": (opencv_file("c.yml", flags=cv2.FileStorage_BASE64), pinhole(FIVE)),
     "the first of a stereo ost.txt": (
         OST.replace("[narrow_stereo]", "[narrow_stereo/left]")
         + "\n"
         + OST.replace("[narrow_stereo]", "[narrow_stereo/right]").replace(str(FX), "650"),
         pinhole(FIVE),
     ),
-    "the shape of an array": (
-        json.dumps({"mtx": K.tolist(), "dist": FIVE, "img_shape": [HEIGHT, WIDTH]}),
-        pinhole(FIVE),
-    ),
+    "the shape of an array": ({"mtx": K.tolist(), "dist": FIVE, "img_shape": [HEIGHT, WIDTH]}, pinhole(FIVE)),
     "a fisheye in a block of its own": (
-        json.dumps({"image_size": {"height": HEIGHT, "width": WIDTH}, "fisheye": {"K": K.tolist(), "D": BENT}}),
+        {"image_size": {"height": HEIGHT, "width": WIDTH}, "fisheye": {"K": K.tolist(), "D": BENT}},
         fisheye(),
     ),
     "numbers in blocks": (
-        json.dumps(
-            {"intrinsics": BY_NAME, "distortion": dict(zip(("k1", "k2", "p1", "p2"), FOUR, strict=True)), **IMAGE}
-        ),
+        {"intrinsics": BY_NAME, "distortion": dict(zip(("k1", "k2", "p1", "p2"), FOUR, strict=True)), **IMAGE},
         pinhole(FOUR),
     ),
     "a file with boards, errors and a new matrix": (
-        json.dumps(
-            {
-                "mtx": K.tolist(),
-                "dist": FIVE,
-                "newcameramtx": (K * 1.1).tolist(),
-                "rms": 0.3,
-                "rows": 6,
-                "cols": 9,
-                "board_size": [9, 6],
-                "dist_std": [0.1] * 5,
-                "rvecs": [[0.1, 0.2, 0.3]],
-                "model": "HERO10 Black",
-                **IMAGE,
-            }
-        ),
+        {
+            "mtx": K.tolist(),
+            "dist": FIVE,
+            "newcameramtx": (K * 1.1).tolist(),
+            "rms": 0.3,
+            "rows": 6,
+            "cols": 9,
+            "board_size": [9, 6],
+            "dist_std": [0.1] * 5,
+            "rvecs": [[0.1, 0.2, 0.3]],
+            "model": "HERO10 Black",
+            **IMAGE,
+        },
         pinhole(FIVE),
     ),
     "a text about the camera": (
-        json.dumps({"camera": "front", "camera_matrix": K.tolist(), "dist": FIVE, "img_size": [WIDTH, HEIGHT]}),
+        {"camera": "front", "camera_matrix": K.tolist(), "dist": FIVE, "img_size": [WIDTH, HEIGHT]},
         pinhole(FIVE),
     ),
-    "BOP's scene_camera": (json.dumps({"0": {"cam_K": K.ravel().tolist(), "depth_scale": 1.0}}), pinhole()),
+    "BOP's scene_camera": ({"0": {"cam_K": K.ravel().tolist(), "depth_scale": 1.0}}, pinhole()),
     "SVO and maplab": (
-        json.dumps(
-            {
-                "cameras": [
-                    {
-                        "camera": IMAGE
-                        | {
-                            "type": "pinhole",
-                            "intrinsics": {"cols": 1, "rows": 4, "data": [FX, FY, CX, CY]},
-                            "distortion": {"type": "equidistant", "parameters": {"cols": 1, "rows": 4, "data": BENT}},
-                        }
+        {
+            "cameras": [
+                {
+                    "camera": IMAGE
+                    | {
+                        "type": "pinhole",
+                        "intrinsics": {"cols": 1, "rows": 4, "data": [FX, FY, CX, CY]},
+                        "distortion": {"type": "equidistant", "parameters": {"cols": 1, "rows": 4, "data": BENT}},
                     }
-                ]
-            }
-        ),
+                }
+            ]
+        },
         fisheye(),
     ),
     "two of OpenCV's blocks": (
@@ -579,9 +545,9 @@ FORMS = {
         f"height={HEIGHT}\nndisp=280\n",
         pinhole(),
     ),
-    "x and y": (json.dumps({"focal_length": {"x": FX, "y": FY}, "principal_point": {"x": CX, "y": CY}}), pinhole()),
-    "thin prism": (json.dumps({"camera_matrix": K.tolist(), "dist": PRISM, **SIZE}), pinhole(PRISM)),
-    "tilted": (json.dumps({"camera_matrix": K.tolist(), "dist": TILTED, **SIZE}), pinhole(TILTED)),
+    "x and y": ({"focal_length": {"x": FX, "y": FY}, "principal_point": {"x": CX, "y": CY}}, pinhole()),
+    "thin prism": ({"camera_matrix": K.tolist(), "dist": PRISM, **SIZE}, pinhole(PRISM)),
+    "tilted": ({"camera_matrix": K.tolist(), "dist": TILTED, **SIZE}, pinhole(TILTED)),
 }
 
 
@@ -589,7 +555,7 @@ FORMS = {
 def write(tmp_path):
     def write(content, name="camera.file"):
         path = tmp_path / name
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        path.write_bytes(as_bytes(content))
         return path
 
     return write
@@ -707,37 +673,31 @@ def test_the_region_of_a_sensor_is_taken_off(write):
         (AGISOFT.replace("</k3>", "</k3><k4>0.1</k4>"), "its k4 has no place"),
         (json.dumps(CALIBIO).replace("CameraModelOpenCV", "CameraModelDoubleSphere"), "export it as OpenCV's"),
         (json.dumps(CALIBIO).replace("imageSize", "size_of_it"), "does not say for which pictures"),
-        (json.dumps(MATLAB | {"K": [1, 2]}), "IntrinsicMatrix is 2; it must be 3 x 3"),
-        (json.dumps({"camera_matrix": [[1, 2], [3]]}), "it must be numbers"),
-        (json.dumps({"camera_matrix": K.tolist(), "dist": "bent"}), "distortion_coefficients is 'bent'"),
+        (MATLAB | {"K": [1, 2]}, "IntrinsicMatrix is 2; it must be 3 x 3"),
+        ({"camera_matrix": [[1, 2], [3]]}, "it must be numbers"),
+        ({"camera_matrix": K.tolist(), "dist": "bent"}, "distortion_coefficients is 'bent'"),
         *(
             (json.dumps(OTHER | {key: value}), f"its {key} is not read; call the lens's")
             for key, value in {"distortion_coefficents": FIVE, "distrotion": FOUR, "xi": 1.3, "alpha": 0.6}.items()
         ),
-        (json.dumps(OTHER | {"fisheye": {"par": [0.02, -0.03]}}), r"its fisheye\.par is not read"),
-        (json.dumps(OTHER | {"D": FOUR, "model": "double_sphere"}), "its model is 'double_sphere', which is not read"),
-        (json.dumps(OTHER | {"D": FOUR, "distortion_type": 2}), "its distortion_type is 'number 2'"),
-        (
-            json.dumps(OTHER | {"D": FOUR, "camera_model": "fisheye", "lens_type": "brown"}),
-            "says brown; which is it?|says fisheye",
-        ),
-        (
-            json.dumps(OTHER | {"resolution": [1280, 960]}),
-            "its resolution says 1280 x 960 and its image_width, image_height 640",
-        ),
-        (json.dumps({"K": K.tolist(), "D": FIVE, "calibrated_at_width": 1280}), "its calibrated_at_width is not read"),
-        (json.dumps({"K": K.tolist(), "img_shape": [500, 505]}), "its img_shape .* may be height x width or not"),
-        (json.dumps(OTHER | {"rgb": {"fx": 900.5}}), r"its rgb\.fx is not read beside the matrix"),
-        (json.dumps({**BY_NAME, **KS, **IMAGE}), "if it is a fisheye, write distortion_model: fisheye"),
-        (json.dumps(BY_NAME | {"fx": 0.9, "fy": 1.2} | IMAGE), "its fx of 0.9 is no focal length"),
-        (json.dumps(GYROFLOW | {"digital_lens": "gopro_superview"}), "its digital_lens is 'gopro_superview'"),
-        (json.dumps(GYROFLOW | {"distortion_model": "poly5"}), "'poly5'"),
+        (OTHER | {"fisheye": {"par": [0.02, -0.03]}}, r"its fisheye\.par is not read"),
+        (OTHER | {"D": FOUR, "model": "double_sphere"}, "its model is 'double_sphere', which is not read"),
+        (OTHER | {"D": FOUR, "distortion_type": 2}, "its distortion_type is 'number 2'"),
+        (OTHER | {"D": FOUR, "camera_model": "fisheye", "lens_type": "brown"}, "says brown; which is it?|says fisheye"),
+        (OTHER | {"resolution": [1280, 960]}, "its resolution says 1280 x 960 and its image_width, image_height 640"),
+        ({"K": K.tolist(), "D": FIVE, "calibrated_at_width": 1280}, "its calibrated_at_width is not read"),
+        ({"K": K.tolist(), "img_shape": [500, 505]}, "its img_shape .* may be height x width or not"),
+        (OTHER | {"rgb": {"fx": 900.5}}, r"its rgb\.fx is not read beside the matrix"),
+        ({**BY_NAME, **KS, **IMAGE}, "if it is a fisheye, write distortion_model: fisheye"),
+        (BY_NAME | {"fx": 0.9, "fy": 1.2} | IMAGE, "its fx of 0.9 is no focal length"),
+        (GYROFLOW | {"digital_lens": "gopro_superview"}, "its digital_lens is 'gopro_superview'"),
+        (GYROFLOW | {"distortion_model": "poly5"}, "'poly5'"),
         (
             "cam_model: ATAN\ncam_fx: 0.5\ncam_fy: 0.8\ncam_cx: 0.5\ncam_cy: 0.5\ncam_d0: 0.9\n",
             "its cam_model is 'ATAN'",
         ),
-        (json.dumps({"intrinsics": [{"intrinsicId": "1"}], "views": []}), "is a scene of Meshroom"),
-        (json.dumps({"CalibrationInformation": {"Cameras": []}}), "is of an Azure Kinect"),
+        ({"intrinsics": [{"intrinsicId": "1"}], "views": []}, "is a scene of Meshroom"),
+        ({"CalibrationInformation": {"Cameras": []}}, "is of an Azure Kinect"),
         (
             json.dumps(K.tolist()).replace(",", " ").strip("[]").replace("]", "").replace("[", ""),
             "numbers without names",
@@ -746,7 +706,7 @@ def test_the_region_of_a_sensor_is_taken_off(write):
         ("\n<!DOCTYPE html><html>", "is a web page; download the file itself"),
         ('Device info:\n\n Intrinsic of "Color" / 640x480\n  Width: 640', "is what rs-enumerate-devices prints"),
         ("fx,fy,cx,cy\n1,2,3,4\n", "holds no keys, as image_width: 640, and is no other kind of camera file"),
-        (json.dumps([{"cameras": {"v2": {"projection_type": "brown", "focal_x": 1.1}}}]), "is of OpenSfM"),
+        ([{"cameras": {"v2": {"projection_type": "brown", "focal_x": 1.1}}}], "is of OpenSfM"),
         (b"\x93NUMPY\x01\x00", "is a single array of NumPy; bring matrix and lens"),
         (b"\x80\x04\x95pickle", "is a pickle of Python"),
         (b"\x1f\x8b\x08\x00", "is an archive, as ROS's calibrator packs; unpack it and bring ost.yaml"),
@@ -774,13 +734,13 @@ def test_the_region_of_a_sensor_is_taken_off(write):
         ("{" * 100000, "not valid JSON"),
         ('{\n\t"fx": 1,\n}', "not valid JSON .*line [23]"),
         ("a: b: c", "not valid YAML, line 1 .*, and no other kind of camera file"),
-        (json.dumps(GYROFLOW | {"use_opencv_standard": True}), "take a profile with use_opencv_fisheye"),
-        (json.dumps(OTHER | {"D": FIVE, "distortion_model": 3}), "distortion_model is 'number 3', which is not read"),
-        (json.dumps(BY_NAME | SIZE | {"ppx": CX, "coeffs": FIVE, "model": 2}), "inverse Brown Conrady has none"),
-        (json.dumps(OTHER | {"cam_dist": FIVE}), "its cam_dist is not read"),
+        (GYROFLOW | {"use_opencv_standard": True}, "take a profile with use_opencv_fisheye"),
+        (OTHER | {"D": FIVE, "distortion_model": 3}, "distortion_model is 'number 3', which is not read"),
+        (BY_NAME | SIZE | {"ppx": CX, "coeffs": FIVE, "model": 2}, "inverse Brown Conrady has none"),
+        (OTHER | {"cam_dist": FIVE}, "its cam_dist is not read"),
         ("Pix4D camera calibration file 0\nF 4.9\n", "is of HALCON, Pix4D or Bundler"),
         ('{"sfm_data_version": "0.3", "views": []}', "bring cameras.txt, by openMVG_main_openMVG2Colmap"),
-        (json.dumps({"v2": {"projection_type": "brown", "focal_x": 1.1}}), "is of OpenSfM"),
+        ({"v2": {"projection_type": "brown", "focal_x": 1.1}}, "is of OpenSfM"),
         ("[" * 100000, "nested too deeply|not valid YAML"),
         (b"PK\x03\x04junk", "damaged archive"),
         (b"MATLAB 7.3 MAT-file, Platform: GLNXA64", "save a struct, as of toStruct, with -v7"),

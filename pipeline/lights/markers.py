@@ -18,6 +18,7 @@ CENTROIDS = ("grey", "binary")
 _LEAST_REACH_PX = 3  # around a group
 _MOST_REACH_PX = 40  # for time, which grows with its square
 _FOOT = 0.2  # of a light's height above the water, below which it does not weigh
+_MOVED_PX, _MOVED = 2.0, 0.5  # off a group's centroid and, as a share, its radius: what is fitted is a glow near by
 _ENOUGH_FITTED = 5  # of a ring's lights, or half of them: others then weigh little
 _MOST_MARKERS = 400  # of more, the largest are taken
 # A group so many times as large as the middle one, and not tiny, may be two lights.
@@ -232,6 +233,8 @@ def with_fitted_centres(
     middle, far_px = np.subtract(middle_px, corner_px), max(1.0, math.hypot(*middle_px))
     shapes = np.zeros((len(markers), 6)) if markers.shapes is None else markers.shapes.copy()
     found, covariances = fitted_centres(grey, start, reach, float(white), middle, far_px, shapes)
+    is_elsewhere = np.hypot(*(found - start).T) > np.maximum(_MOVED_PX, _MOVED * np.sqrt(markers.areas_px / math.pi))
+    found[is_elsewhere], covariances[is_elsewhere] = start[is_elsewhere], np.nan
     is_fitted = (found != start).any(axis=1)
     if is_fitted.sum() <= min(_ENOUGH_FITTED, chosen.sum() / 2):
         return markers

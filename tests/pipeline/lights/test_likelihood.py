@@ -148,6 +148,24 @@ def test_a_light_of_no_shape_weighs_little_among_others():
     assert few.covariances_px2 is None
 
 
+def test_a_light_in_the_glow_of_something_brighter_keeps_its_centroid():
+    # What is fitted there is the glow, whose middle is twice the lamp's radius away, or anything on its slope.
+    rng = np.random.default_rng(0)
+    y, x = np.mgrid[:200, :900].astype(float)
+    lamps = np.array([(120.0 + 110 * k, 100.0) for k in range(7)])
+    alone = 20 + np.sum([15 * np.clip(6.5 - np.hypot(x - u, y - v), 0, 1) for u, v in lamps], axis=0)
+    glow = 120 * np.exp(-((x - lamps[3, 0] - 12) ** 2 + (y - lamps[3, 1]) ** 2) / 800)
+    histogram = histogram_of(np.rint(alone).astype(np.uint8))
+    markers = find_markers(alone, histogram, fixed(histogram, 27), 1)
+    middle = int(np.argmin(np.abs(markers.points_px[:, 0] - lamps[3, 0])))
+    moved = with_fitted_centres(
+        markers, np.ones(7, dtype=bool), alone + glow + rng.normal(0, 1, x.shape), 250.0, (449.5, 99.5)
+    )
+    assert moved.covariances_px2 is not None
+    np.testing.assert_array_equal(moved.points_px[middle], markers.points_px[middle])
+    assert moved.covariances_px2[middle].trace() > 100 * np.delete(moved.covariances_px2, middle, 0)[0].trace()
+
+
 def test_vignetting_pulls_no_centre_inwards():
     # A lens that keeps 40 % of the light from the corners takes 0.5 % a pixel off at the place of these lamps. Over a
     # disc of radius r a share g a pixel moves the centre of brightness by g r^2 / 4, here 0.02 px.

@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 from dockpose import estimate
 from dockpose.app.commands.console import EXIT_ALL_READ, check_stopped, say
-from dockpose.app.commands.output import LineFile
+from dockpose.app.commands.output import LineFile, open_lines
 from dockpose.app.commands.progress import FrameProgress
 from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError, blaming, check_place, writing
@@ -19,7 +19,15 @@ from dockpose.app.inputs.protected import Protected
 from dockpose.app.state.scene import DEFAULT_SCENE
 from dockpose.files import remove
 from dockpose.simulate import Approach, FilmPlan, Lights, RenderedFrame, Scene, film
-from dockpose.simulate.files import TRUTH_COLUMNS, load_sequence, save_picture, save_sequence, truth_row
+from dockpose.simulate.files import (
+    TRUTH_COLUMNS,
+    TUM_COLUMNS,
+    load_sequence,
+    save_picture,
+    save_sequence,
+    truth_row,
+    tum_line,
+)
 from dockpose.simulate.parts import Background
 
 _STILL_RATE_HZ = 10.0
@@ -37,9 +45,13 @@ def run(arguments: argparse.Namespace) -> int:
     table, scene = out / "truth.csv", out / "scene.yaml"
     if is_video_file(out):
         table, scene = out.with_suffix(".csv"), out.with_suffix(".yaml")
-    _check_files(out, (table, scene), sequence, arguments.protected)
+    beside = [table, scene, *([] if arguments.truth is None else [table.with_suffix(f".{arguments.truth}")])]
+    _check_files(out, beside, sequence, arguments.protected)
     with writing(f"--out {out}"), contextlib.ExitStack() as files:
         rows, write = _begin(out, table, scene, sequence, files)
+        lines = open_lines(str(beside[2]) if beside[2:] else None, "--truth", files)
+        if lines is not None:
+            lines.write(f"# {TUM_COLUMNS}\n")
         frames = film(sequence, lambda image, camera: estimate(image, camera, sequence.scene.dock).selected)
         progress = files.enter_context(FrameProgress("simulate", total=sequence.frames, unit="pictures"))
         for frame in frames:
@@ -47,7 +59,9 @@ def run(arguments: argparse.Namespace) -> int:
             write(frame)
             progress.step()
             rows.writerow(truth_row(frame))  # after each picture, so that an interrupted run leaves both
-    say(f"{count(sequence.frames, 'picture')} in {out}, the truth in {table}")
+            if lines is not None:
+                lines.write(tum_line(frame))
+    say(f"{count(sequence.frames, 'picture')} in {out}, the truth in {' and '.join(map(str, beside[::2]))}")
     return EXIT_ALL_READ
 
 
@@ -63,14 +77,14 @@ def _check_files(out: Path, beside: Sequence[Path], sequence: FilmPlan, protecte
     """Raise UserError where a file would be replaced that is read, or that is of no earlier run."""
     if is_video_file(out):
         check_place(out, "--out")
-        others = [out, beside[1]]
+        others = [out, *beside[1:]]
     else:
         there = sorted(out.iterdir()) if out.is_dir() else []
         numbered = {path: name for path in there if (name := _FRAME_NAME.fullmatch(path.name))}
         for path, name in numbered.items():
             if int(name[1]) > sequence.frames:
                 raise UserError(f"--out {out}: holds {path.name} of a longer run; empty it, or choose another folder")
-        others = [beside[1], *numbered]
+        others = [*beside[1:], *numbered]
     is_earlier = False
     if beside[0].is_file():
         with beside[0].open("rb") as file:

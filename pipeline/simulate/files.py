@@ -9,13 +9,14 @@ import numpy as np
 from dockpose.files import FileError, read_yaml, to_yaml, write_whole
 from dockpose.simulate.optics.water import preset
 from dockpose.simulate.render import render
-from dockpose.simulate.scene import Scene, Truth, truth_dict
+from dockpose.simulate.scene import Scene, Truth, dock_rotation, truth_dict
 from dockpose.simulate.sequence import FilmPlan, RenderedFrame
 
 TRUTH_COLUMNS = (
     *("frame", "time_s", "x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "roll_deg"),
     *("visible_lights", "centre_x_px", "centre_y_px"),
 )
+TUM_COLUMNS = "timestamp tx ty tz qx qy qz qw"
 _SMALLEST_FILES = 9  # PNG's highest compression
 
 
@@ -88,3 +89,13 @@ def truth_row(frame: RenderedFrame) -> dict[str, Any]:
         *(int(frame.truth.visible.sum()), x_px, y_px),
     )
     return dict(zip(TRUTH_COLUMNS, values, strict=True))
+
+
+def tum_line(frame: RenderedFrame) -> str:
+    """The camera in the dock's frame at one frame of a sequence, as a line of TUM's form."""
+    from scipy.spatial.transform import Rotation  # takes a third of a second to import
+
+    turned = dock_rotation(frame.scene).T
+    place = -turned @ frame.scene.pose.position_m
+    numbers = *place.tolist(), *Rotation.from_matrix(turned).as_quat(canonical=True).tolist()
+    return f"{frame.time_s:.6f} {' '.join(f'{number:.9f}' for number in numbers)}\n"

@@ -13,6 +13,8 @@ from dockpose.app.commands import simulate as simulate_command
 from dockpose.files import to_yaml
 from dockpose.simulate import ClosedLoop, FilmPlan, Hover, Lights, Pose, Scene, Sensor
 from dockpose.simulate.files import load_sequence, save_sequence
+from dockpose.truth import read_trajectory
+from scipy.spatial.transform import Rotation
 
 from tests.support.scenes import CAMERA, DOCK
 
@@ -49,6 +51,27 @@ def test_numbered_pictures_with_their_truth(desk, capsys):
     captured = capsys.readouterr()
     assert captured.out == ""
     assert "3 pictures in" in captured.err
+
+
+def test_the_truth_as_a_trajectory_has_the_camera_in_the_docks_frame(desk):
+    assert main(["simulate", "--scene", "s.yaml", "--out", "o", "--truth", "tum"]) == 0
+    found, table = read_trajectory(desk / "o/truth.tum"), rows(desk / "o/truth.csv")
+    assert found.times_s.tolist() == [0.0, 0.25, 0.5]
+    assert found.notes == ()
+    for place, turn, row in zip(found.positions_m, found.quaternions_xyzw, table, strict=True):
+        # The dock, which is that frame's origin, as the camera sees it.
+        docked = Rotation.from_quat(turn).inv()
+        assert docked.apply(-place) == pytest.approx([float(row[f"{axis}_m"]) for axis in "xyz"], abs=1e-6)
+        theta_x, theta_y, roll = (np.radians(float(row[f"{name}_deg"])) for name in ("theta_x", "theta_y", "roll"))
+        turned = Rotation.from_euler("YXZ", [theta_y, theta_x, roll])
+        assert (turned.inv() * docked).magnitude() == pytest.approx(0, abs=1e-6)
+
+
+def test_a_trajectory_of_no_earlier_run_stays(desk, capsys):
+    (desk / "film.tum").write_text("mine")
+    assert main(["simulate", "--scene", "s.yaml", "--out", "film.mkv", "--truth", "tum"]) == 2
+    assert "film.tum is there already" in capsys.readouterr().err
+    assert (desk / "film.tum").read_text() == "mine"
 
 
 def test_what_it_writes_can_be_estimated_as_it_lies(desk, json_lines):

@@ -18,6 +18,7 @@ STILL_WRONG: set[tuple[str, str]] = set()
 # Test files that are named after what several files do together.
 OF_SEVERAL = {
     "app/commands/test_bags.py",
+    "app/commands/test_check_truth.py",
     "app/commands/test_camera_faults.py",
     "app/commands/test_faults.py",
     "app/commands/test_lights_at.py",

@@ -27,8 +27,8 @@ from dockpose.text import printable, without_secrets
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
 _METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
 # Of all commands, the options that write, and those that name one file to read.
-WRITTEN = ("json", "csv", "tum", "annotate", "out", "out_camera", "record", "log_file")
-READ = ("camera", "dock", "vehicle", "scene", "lights_at")
+WRITTEN = ("json", "csv", "tum", "annotate", "out", "out_camera", "out_vehicle", "report", "record", "log_file")
+READ = ("camera", "dock", "vehicle", "scene", "lights_at", "truth", "mount")
 _TYPES = {
     **{"int": int, "float": float, "path": Path, "sample": sample_source},
     "sample_path": lambda text: Path(sample_source(text)),

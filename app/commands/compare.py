@@ -83,7 +83,7 @@ def _write_judged(rows: Sequence[Judged], arguments: argparse.Namespace) -> None
     if arguments.out is not None:
         from dockpose.app.export.judged import judged_files  # what draws takes a while to import
 
-        write_out(judged_files(rows), arguments)
+        write_out(judged_files(rows), arguments.out, arguments.protected)
 
 
 def _known(picture: Picture, rotate_deg: int) -> Known | None:

@@ -14,6 +14,7 @@ from dockpose.app.experiment import read_session
 from dockpose.app.experiment.record import is_session, lacks
 from dockpose.app.export.data import to_json
 from dockpose.app.inputs.pictures import Batch, camera_and_dock
+from dockpose.app.inputs.protected import Protected
 from dockpose.files import write_whole
 from dockpose.labels import labels_of
 from dockpose.sources.bags.storage import check_regular
@@ -36,35 +37,34 @@ def run(arguments: argparse.Namespace) -> int:
     files = _files(arguments.source, camera, dock, chosen, arguments.rotate, faults.append)
     for fault in faults:
         say(fault)
-    write_out(files, arguments)
+    write_out(files, out, arguments.protected)
     return EXIT_SOME_UNREADABLE if faults else EXIT_ALL_READ
 
 
-def check_out(out: Path) -> None:
+def check_out(out: Path, option: str = "--out") -> None:
     """Raise UserError where nothing can be written to what ``--out`` names."""
-    check_folder(out if not out.suffix or out.is_dir() else out.parent, f"--out {out}")
+    check_folder(out if not out.suffix or out.is_dir() else out.parent, f"{option} {out}")
 
 
-def write_out(files: "Files", arguments: argparse.Namespace) -> None:
+def write_out(files: "Files", out: Path, protected: Protected, option: str = "--out") -> None:
     """Write all files into the folder or ZIP file that ``--out`` names, or the one of its ending."""
     from dockpose.app.export.bundle import to_zip  # what draws takes a while to import
 
-    out = arguments.out
     if not out.suffix or out.is_dir():
         for name in files:
-            arguments.protected.check(f"--out {out}: its {name}", out / name)
-        with writing(f"--out {out}"):
+            protected.check(f"{option} {out}: its {name}", out / name)
+        with writing(f"{option} {out}"):
             out.mkdir(parents=True, exist_ok=True)
         for name, make in files.items():
-            _write(out / name, make())
+            _write(out / name, make(), option)
     elif out.suffix.lower() == ".zip":
-        _write(out, to_zip(files))
+        _write(out, to_zip(files), option)
     else:
         name = next((name for name in files if Path(name).suffix == out.suffix.lower()), None)
         if name is None:
             endings = sorted({Path(name).suffix for name in files} | {".zip"})
-            raise UserError(f"--out {out}: of this source there is no {out.suffix}; there are {', '.join(endings)}")
-        _write(out, files[name]())
+            raise UserError(f"{option} {out}: of this source there is no {out.suffix}; there are {', '.join(endings)}")
+        _write(out, files[name](), option)
 
 
 def _files(
@@ -111,7 +111,7 @@ def _labels(
     return labels_of((picture.path.name, one) for picture, one in found)
 
 
-def _write(path: Path, content: bytes) -> None:
-    with writing(f"--out {path}"):
+def _write(path: Path, content: bytes, option: str) -> None:
+    with writing(f"{option} {path}"):
         write_whole(path, content)
     put(str(path))

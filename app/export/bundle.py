@@ -47,8 +47,8 @@ def picture_files(analysis: Analysis, *, layers: Collection[str] = DRAWN, sha256
         "annotated.png": lambda: mark.to_png(
             annotate(view.image, found, headline=headline_of(analysis.trust), **drawn)
         ),
-        **_figure_files("annotated", lambda: picture_figure(view.image, found, **drawn), "svg"),
-        **_figure_files("methods", lambda: _methods_figure(view), "png"),
+        **figure_files("annotated", lambda: picture_figure(view.image, found, **drawn), "svg"),
+        **figure_files("methods", lambda: _methods_figure(view), "png"),
         "picture.png": lambda: data.to_png(view.image),
         "result.json": lambda: data.to_json(data.result_line(analysis, sha256)),
         "result.csv": lambda: data.to_csv([data.result_line(analysis, sha256)]),
@@ -57,7 +57,7 @@ def picture_files(analysis: Analysis, *, layers: Collection[str] = DRAWN, sha256
     }
     threshold = found.threshold
     if threshold is not None:
-        files |= _figure_files("histogram", lambda: report.histogram_figure(threshold), "png", "svg")
+        files |= figure_files("histogram", lambda: report.histogram_figure(threshold), "png", "svg")
     if found.selected is not None:
         files["pose_ros.yaml"] = lambda: (pose_yaml(found) or "").encode()
     return files
@@ -78,7 +78,7 @@ def session_files(record: SessionRecord) -> Files:
         "report.html": lambda: report.session_report(record).encode(),
         "table.csv": lambda: data.csv_table(record.rows).encode(),
         "table.tex": lambda: data.latex_table(record.rows).encode(),
-        **_figure_files("errors", lambda: report.error_figure(record.rows), "svg", "png"),
+        **figure_files("errors", lambda: report.error_figure(record.rows), "svg", "png"),
     }
 
 
@@ -88,7 +88,7 @@ def sequence_files(path: Path, tell: Callable[[str], None]) -> Files:
     return {
         "report.html": lambda: report.sequence_report(path, lines).encode(),
         "results.csv": lambda: data.to_csv(lines),
-        **_figure_files("poses", lambda: report.sequence_figure(lines), "svg", "png"),
+        **figure_files("poses", lambda: report.sequence_figure(lines), "svg", "png"),
     }
 
 
@@ -129,7 +129,8 @@ def read_lines(path: Path, tell: Callable[[str], None] = lambda text: None) -> l
     return lines
 
 
-def _figure_files(name: str, make: "Callable[[], Figure]", *kinds: str) -> Files:
+def figure_files(name: str, make: "Callable[[], Figure]", *kinds: str) -> Files:
+    """Return the files of a figure, one of each kind."""
     save = {"svg": functools.partial(figures.to_svg, name=name), "png": figures.to_png}
     return {f"{name}.{kind}": lambda to_bytes=save[kind]: to_bytes(make()) for kind in kinds}
 

@@ -61,12 +61,12 @@ def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
     error = pose_error(found.selected, view.known_pose)
     facts |= {"Against the known pose": str(error)} if error is not None else {}
     threshold, picture = found.threshold, annotate(view.image, found, headline=headline_of(analysis.trust))
-    return _html(
+    return html_of(
         **{"title": view.source, "kind": "picture", "note": " ".join(view.notes), "facts": facts},
         groups=_groups(found.to_dict(view.source)) | {"Versions": versions()},
         tables=[_candidates_table(found)] if found.candidates else [],
-        plots=[("Histogram and threshold", _svg(histogram_figure(threshold), "histogram"))] if threshold else [],
-        pictures=[(view.source, _data_uri(picture, _WIDEST_PX))],
+        plots=[("Histogram and threshold", as_svg(histogram_figure(threshold), "histogram"))] if threshold else [],
+        pictures=[(view.source, data_uri(picture, _WIDEST_PX))],
     )
 
 
@@ -86,7 +86,7 @@ def session_report(record: SessionRecord) -> str:
             line = record.line(row)
             groups = groups or _groups(line)
             image = record.picture(row)
-            pictures.append((f"{row.number}: {row.source}", _annotated_uri(image, line)))
+            pictures.append((f"{row.number}: {row.source}", annotated_uri(image, line)))
         except ValueError:
             missing += 1
     note = _left_out(len(record.rows), MOST_PICTURES, "pictures")
@@ -94,10 +94,10 @@ def session_report(record: SessionRecord) -> str:
     groups["Versions, when the session was made"] = _texts(record.info.get("program"))
     groups["Versions, of this report"] = versions()
     shown = {"head": content.head, "body": content.body, "foot": content.foot}
-    return _html(
+    return html_of(
         **{"title": record.name, "kind": "session", "note": note.strip(), "facts": facts, "groups": groups},
         tables=[{"title": "Estimated (measured)", **shown, "note": "Δ: estimated minus measured."}],
-        plots=[("Error against range", _svg(error_figure(record.rows), "errors"))] if record.rows else [],
+        plots=[("Error against range", as_svg(error_figure(record.rows), "errors"))] if record.rows else [],
         pictures=pictures,
     )
 
@@ -109,7 +109,7 @@ def sequence_report(path: Path, lines: Sequence[dict[str, Any]]) -> str:
     times = [line["time_s"] for line in lines if line.get("time_s") is not None]
     facts |= {"Time": f"{min(times):.3f} to {max(times):.3f} s"} if times else {}
     pictures = [
-        (f"{line['source']}, frame {line['frame']}", _annotated_uri(image, line))
+        (f"{line['source']}, frame {line['frame']}", annotated_uri(image, line))
         for line in _spread(lines, MOST_PICTURES)
         if (image := _picture_of(line, path.parent)) is not None
     ]
@@ -119,15 +119,16 @@ def sequence_report(path: Path, lines: Sequence[dict[str, Any]]) -> str:
         "body": [_sequence_row(line) for line in _spread(lines, MOST_ROWS)],
         "note": _left_out(len(lines), MOST_ROWS, "frames"),
     }
-    return _html(
+    return html_of(
         **{"title": path.name, "kind": "sequence", "note": "", "facts": facts, "pictures": pictures},
         groups=_groups(lines[0] if lines else {}) | {"Versions, of this report": versions()},
         tables=[poses],
-        plots=[("Pose over the sequence", _svg(sequence_figure(lines), "sequence"))] if lines else [],
+        plots=[("Pose over the sequence", as_svg(sequence_figure(lines), "sequence"))] if lines else [],
     )
 
 
-def _html(**report: Any) -> str:
+def html_of(**report: Any) -> str:
+    """Return a report's page."""
     return page("report.html", report=report)
 
 
@@ -183,18 +184,20 @@ def _picture_of(line: Mapping[str, Any], folder: Path) -> np.ndarray | None:
     return None
 
 
-def _annotated_uri(image: np.ndarray, line: dict[str, Any]) -> str:
-    return _data_uri(annotate(image, estimate_again(image, line)), _WIDEST_OF_MANY_PX)
+def annotated_uri(image: np.ndarray, line: dict[str, Any]) -> str:
+    """Return a picture of many with what its line found drawn over it."""
+    return data_uri(annotate(image, estimate_again(image, line)))
 
 
-def _data_uri(picture: np.ndarray, widest_px: int) -> str:
+def data_uri(picture: np.ndarray, widest_px: int = _WIDEST_OF_MANY_PX) -> str:
+    """Return a picture to embed in HTML, made smaller where it is wider than that."""
     scale = min(1.0, widest_px / picture.shape[1])
     size = (max(1, round(scale * picture.shape[1])), max(1, round(scale * picture.shape[0])))
     scaled = picture if scale == 1 else cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
     return f"data:image/jpeg;base64,{base64.b64encode(mark.to_jpeg(scaled, 88)).decode()}"
 
 
-def _svg(figure: "Figure", name: str) -> Markup:
+def as_svg(figure: "Figure", name: str) -> Markup:
     """Return a figure as SVG to embed in HTML: without the XML header, and without a fixed size."""
     text = to_svg(figure, name).decode()
     return Markup(re.sub(r' width="[\d.]+pt" height="[\d.]+pt"', "", text[text.index("<svg") :], count=1))

@@ -210,17 +210,12 @@ class Checked:
     @property
     def corrected_dock(self) -> Dock:
         """The dock with the diameter that the tape leads to."""
-        diameter_m, sigma_m = self.fit.scale * self.dock.diameter, self.fit.scale_sigma * self.dock.diameter
-        return msgspec.structs.replace(self.dock, diameter=diameter_m, diameter_sigma_m=sigma_m)
+        return scaled_dock(self.dock, self.fit.scale, self.fit.scale_sigma)
 
     @property
     def corrected_camera(self) -> Camera:
         """The camera with the focal lengths that the tape leads to."""
-        fx, fy = self.camera.fx, self.camera.fy
-        known = self.camera.sigma or CameraSigma()
-        sigma = msgspec.structs.replace(known, fx=self.fit.scale_sigma * fx, fy=self.fit.scale_sigma * fy)
-        scale = self.fit.scale
-        return msgspec.structs.replace(self.camera, fx=scale * fx, fy=scale * fy, sigma=sigma, covariance=())
+        return scaled_camera(self.camera, self.fit.scale, self.fit.scale_sigma)
 
     @property
     def told(self) -> list[str]:
@@ -232,6 +227,18 @@ class Checked:
             slipped.append((self.rows[index].number, 100 * off[worst], off[worst] / sigma[worst]))
         turns = zip(_AXES, np.degrees(fit.turn_rad), np.degrees(fit.turn_sigma_rad), strict=True)
         return sentences("check.txt", "told", self, slipped, [turn for turn in turns if fit.is_sure(*turn[1:])])
+
+
+def scaled_dock(dock: Dock, scale: float, sigma: float) -> Dock:
+    """The dock with a diameter that is right where all lengths have that share of the true ones."""
+    return msgspec.structs.replace(dock, diameter=scale * dock.diameter, diameter_sigma_m=sigma * dock.diameter)
+
+
+def scaled_camera(camera: Camera, scale: float, sigma: float) -> Camera:
+    """The camera with focal lengths that are right where all lengths have that share of the true ones."""
+    fx, fy, known = camera.fx, camera.fy, camera.sigma or CameraSigma()
+    known = msgspec.structs.replace(known, fx=sigma * fx, fy=sigma * fy)
+    return msgspec.structs.replace(camera, fx=scale * fx, fy=scale * fy, sigma=known, covariance=())
 
 
 def check_session(record: SessionRecord, tape_m: float = TAPE_M) -> Checked:

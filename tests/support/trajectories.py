@@ -1,4 +1,9 @@
-"""Trajectories as each system writes them, by hand."""
+"""Trajectories as each system writes them, by hand; docks and trajectories that were drawn, as files."""
+
+import msgspec
+import numpy as np
+from dockpose.pose.circle import angles_of, rotation_from_angles
+from dockpose.truth import DockTrack, Trajectory
 
 TUM = """# timestamp tx ty tz qx qy qz qw
 1305031098.6659 1.3563 0.6305 1.6380 0 0 0 1
@@ -74,3 +79,30 @@ FILES = (
     *(("", "", text) for text in (TUM, EUROC, LEICA, OBJECTS, MARKERS)),
     *(("", "Sub", MOTIVE), ("", "Gate", QUALISYS), ("", "Sub:Sub", SEGMENTS), (COLUMNS, "", TABLE)),
 )
+
+
+def result_lines(results: DockTrack) -> str:
+    """Docks as lines of schema 1, as far as a comparison reads them."""
+    lines = []
+    places = np.stack([results.positions_m, results.other_positions_m], axis=1)
+    normals = np.stack([results.normals, results.other_normals], axis=1)
+    for row, time_s in enumerate(results.times_s.tolist()):
+        turned = rotation_from_angles(*angles_of(results.normals[row]))
+        by = np.zeros((6, 5))
+        by[:3, :3], by[3:, 3], by[4, 4] = np.eye(3), turned[:, 0], 1.0
+        spread = by @ results.covariances[row] @ by.T
+        candidates = [
+            {"position_m": places[row, one].tolist(), "normal": normals[row, one].tolist(), "probability": 0.9}
+            for one in (0, 1)
+        ]
+        candidates[0]["covariance_m_rad"] = spread.tolist()
+        known = {"camera": results.camera, "dock": results.dock, "source": "film.mkv", "frame": row}
+        line = {"schema": 1, "time_s": time_s, "candidates": candidates, "selected": 0, "sha256": None, **known}
+        lines.append(msgspec.json.encode(line).decode())
+    return "\n".join(lines) + "\n"
+
+
+def tum_lines(truth: Trajectory) -> str:
+    """A trajectory in TUM's form."""
+    rows = np.column_stack([truth.times_s, truth.positions_m, truth.quaternions_xyzw])
+    return "".join(" ".join(f"{number:.9f}" for number in row) + "\n" for row in rows)

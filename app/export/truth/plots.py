@@ -39,8 +39,9 @@ def error_figure(found: TrajectoryComparison, results: Results) -> Figure:
 def path_figure(found: TrajectoryComparison, results: Results) -> Figure:
     """The camera's way in the trajectory's world by both, from above and aside."""
     figure = new_figure(9.0, 4.4, layout="constrained")
+    panels = figure.subplots(1, 2)
     for panel, (across, up), title in zip(
-        figure.subplots(1, 2), ((0, 1), (0, 2)), ("along the world's z", "along the world's y"), strict=True
+        panels, ((0, 1), (0, 2)), ("along the world's z", "along its y"), strict=True
     ):
         for path, colour, line, label in (
             (found.true_camera_m, ORANGE, "-", "trajectory"),
@@ -52,7 +53,7 @@ def path_figure(found: TrajectoryComparison, results: Results) -> Figure:
             panel.plot(dock[across], dock[up], "*", color=GREEN, markersize=9, label="dock")
         panel.set(xlabel=f"{'xyz'[across]} (m)", ylabel=f"{'xyz'[up]} (m)", title=f"seen {title}", aspect="equal")
         panel.set_adjustable("datalim")
-    panel.legend(fontsize=8)
+    panels[1].legend(fontsize=8)
     return figure
 
 

@@ -67,6 +67,10 @@ def _run_command(words: Sequence[str]) -> int:
         from dockpose.app.commands.arguments import logged, protect
 
         _loaded(words[0])
+    if words[0] == "serve":
+        from dockpose.app.commands.serve import of_environment
+
+        words = ["serve", *of_environment(os.environ), *words[1:]]
     arguments = _parsed(words)
     protect(arguments)
     with logged(arguments):

@@ -2,10 +2,15 @@
 
 import ast
 import fnmatch
+import json
+import shlex
 import tomllib
 from pathlib import Path
 
+from dockpose import __version__
 from dockpose.app.cli import _parser
+from dockpose.app.commands.serve import of_environment
+from dockpose.sources import Kind, kind_of
 
 from tests.support.container import environment, instructions, of
 
@@ -71,6 +76,38 @@ def test_the_health_check_is_a_program_that_asks_the_exposed_port():
     assert f"'127.0.0.1', {port.words[0]}" in code
     assert f"{environment(1)['XDG_CONFIG_HOME']}/dockpose/token-{port.words[0]}" in code
     assert "/alive" in code
+
+
+def labels():
+    (label,) = of("LABEL", 1)
+    return dict(word.split("=", 1) for word in shlex.split(label.text))
+
+
+def test_the_labels_are_those_that_blueos_asks_for():
+    found = labels()
+    names = {"version", "permissions", "authors", "company", "type", "readme", "links", "requirements"}
+    assert set(found) == names
+    assert found["version"] == __version__
+    assert all(isinstance(json.loads(found[name]), dict) for name in ("company", "links", "permissions"))
+    assert json.loads(found["authors"])[0]["name"]
+
+
+def test_as_an_extension_it_has_the_network_and_one_volume_and_no_more_rights():
+    """A volume of Docker's own takes its owner from the image; a folder of the vehicle's would be root's."""
+    permissions = json.loads(labels()["permissions"])
+    (volume,) = of("VOLUME", 1)
+    assert set(permissions) == {"HostConfig", "Env"}
+    assert permissions["HostConfig"] == {"NetworkMode": "host", "Binds": [f"dockpose:{volume.words[0]}"]}
+
+
+def test_its_settings_are_options_of_the_page():
+    variables = dict(one.split("=", 1) for one in json.loads(labels()["permissions"])["Env"])
+    (command,) = of("CMD", 1)
+    arguments = _parser("serve").parse_args(["serve", *of_environment(variables), *command.words[1:]])
+    assert arguments.allow_frame == ["http://blueos.local", "http://192.168.2.2"]
+    assert arguments.allow_host == ["blueos.local"]
+    assert arguments.resume
+    assert kind_of(variables["DOCKPOSE_SOURCE"]) is Kind.STREAM
 
 
 def test_the_build_gets_what_the_package_is_made_of_and_nothing_else():

@@ -1,13 +1,16 @@
 """``dockpose serve``: the page in the browser."""
 
 import argparse
+import os
+import re
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from dockpose.app.commands.arguments import camera_of, capture_of, dock_of, vehicle_of, warned
 from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, say
 from dockpose.app.errors import UserError
+from dockpose.app.resources import read_toml
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER, Options
 from dockpose.sources import Kind, kind_of
 from dockpose.vehicle import Vehicle
@@ -23,8 +26,31 @@ _OPEN_WARNING = (
 )
 
 
+_ORIGIN = re.compile(r"https?://([a-z0-9.-]+|\[[0-9a-f:.]+\])(:\d{1,5})?", re.IGNORECASE)
+_VARIABLE = "DOCKPOSE_"
+
+
+def of_environment(environment: Mapping[str, str]) -> list[str]:
+    """Words for the options that variables name, as DOCKPOSE_ALLOW_HOST; of one that may be repeated, several words."""
+    tables, words = read_toml("options.toml"), []
+    about = {name: how for table in tables["commands"]["serve"]["options"] for name, how in tables[table].items()}
+    named = {_VARIABLE + name.lstrip("-").replace("-", "_").upper(): (name, how) for name, how in about.items()}
+    for variable, value in environment.items():
+        if not variable.startswith(_VARIABLE) or not value:
+            continue
+        if variable not in named:
+            raise UserError(f"{variable}: there is no such setting; there are {', '.join(sorted(named))}")
+        name, how = named[variable]
+        if how.get("action") == "store_true":
+            words += [name] if value != "0" else []
+        elif name.startswith("-"):
+            words += [f"{name}={one}" for one in (value.split() if how.get("action") == "append" else [value])]
+    return words
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose serve`` until it is interrupted; returns the exit status."""
+    arguments.source = arguments.source or os.environ.get("DOCKPOSE_SOURCE") or None
     camera, dock = camera_of(arguments), dock_of(arguments)
     if not 0 <= arguments.port <= 65535:
         raise UserError(f"--port is {arguments.port}; it must be 0 to 65535")
@@ -67,9 +93,14 @@ def _options(arguments: argparse.Namespace) -> Options:
         raise UserError(f"--folder {folder}: there is no such folder")
     if sessions.exists() and not sessions.is_dir():
         raise UserError(f"--sessions {sessions}: is not a folder")
+    for origin in arguments.allow_frame:
+        if _ORIGIN.fullmatch(origin) is None:
+            raise UserError(f"--allow-frame {origin}: must be an origin without a path, as http://blueos.local")
     vehicle = vehicle_of(arguments)
     return Options(
         allow_hosts=tuple(arguments.allow_host),
+        allow_frames=tuple(arguments.allow_frame),
+        resume=arguments.resume,
         folder=None if folder is None else folder.resolve(),
         upload_limit_bytes=round(megabytes * 2**20),
         remember_in=config_folder(),

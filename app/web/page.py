@@ -44,7 +44,8 @@ class Page:
         self.beside = None if source is None or self.given is not None else Path(source).resolve().parent
         self._view = self._first_view(source, camera, dock)
         keep_in = options.remember_in if port else None  # any free port is another one the next time
-        self._guard = Guard(host, options.allow_hosts, token_for(keep_in, str(port)))
+        token = token_for(keep_in, str(port))
+        self._guard = Guard(host, options.allow_hosts, token, options.allow_frames)
         self.server = open_server(host, port, self._guard)
         self.live, self.closing = LivePage(self.server), contextlib.ExitStack()  # which stops whatever runs
         self.kept, self._notices, self.choices = UploadStore(), Notifications(), Choices()

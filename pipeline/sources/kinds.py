@@ -9,7 +9,7 @@ from pathlib import Path
 from dockpose.sources.bags.storage import BAG_METADATA, ZSTD_BEGINS, ending_of, head_of, is_rosbag2_file
 from dockpose.sources.pictures import PICTURE_ENDINGS, has_pages
 
-_ADDRESS = re.compile(r"(rtsps?|rtmps?|https?|udp|rtp|srt|tcp)://", re.IGNORECASE)
+_ADDRESS = re.compile(r"(rtsps?|rtmps?|https?|udp|rtp|srt|tcp|blueos)://", re.IGNORECASE)
 _CAMERA = re.compile(r"(?:/dev/video)?([0-9]{1,4})")
 _SCENE_ENDINGS = (".yaml", ".yml")
 _DESCRIPTION = ".sdp"  # of a stream

@@ -12,6 +12,7 @@ from dockpose.sources.frames import Callback, Frame, Frames, SourceError
 from dockpose.sources.kinds import DEFAULT_CAPTURE, CaptureSettings
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 8.0
+LONGEST_WAIT_S = 2.0  # for one that is not there yet when the program starts
 _MOST_DELAY_S = 1.0  # of a frame after the time stamp of its driver
 _FAILURES = 5  # consecutive failures, such as corrupt frames, after which a source counts as lost
 
@@ -32,7 +33,8 @@ class Live(Frames):
     the first frame, by the source's own clock where it has one, and by the time of arrival elsewhere. The time of day
     is that of the first frame, by the sender where it tells one and else of its arrival, and goes on by the same clock
     as the times, so that a clock that is set meanwhile tears no gap. ``connect`` opens the source or raises
-    SourceError; each pause before it is tried again is twice the one before. The reading thread calls ``tell``.
+    SourceError; each pause before it is tried again is twice the one before. One that ``waits`` may come later than the
+    start. The reading thread calls ``tell``.
     """
 
     is_live = True
@@ -44,12 +46,14 @@ class Live(Frames):
         tell: Callback | None = None,
         *,
         settings: CaptureSettings = DEFAULT_CAPTURE,
+        waits: bool = False,
     ) -> None:
         super().__init__(source, tell)
         self._connect = connect
         self._stop = threading.Event()
         self._changed = threading.Condition()
         self._newest: Frame | None = None
+        self._first: Capture | None
         self._error: Exception | None = None
         self._came = 0
         self._began_s = 0.0
@@ -61,8 +65,15 @@ class Live(Frames):
         self.settings = settings  # what it was asked for last
         self._asked: CaptureSettings | None = None  # anew, while the source is open
         self._refused: tuple[str, ...] = ()
-        self._first: Capture | None = connect()
-        self._ask(self._first, self.settings)
+        self._waits, self._first = waits, None
+        try:
+            self._first = connect()
+            self._ask(self._first, self.settings)
+        except SourceError as error:
+            if not waits:
+                raise
+            self.about = f"{error}; it is waited for"
+            self._tell(self.about)
         self._thread = threading.Thread(target=self._run, name="dockpose live source", daemon=True)
 
     def __iter__(self) -> Iterator[Frame]:
@@ -98,6 +109,8 @@ class Live(Frames):
     def _run(self) -> None:
         capture, self._first = self._first, None
         try:
+            if capture is None:
+                capture = self._bring_back()
             while capture is not None:
                 self._read(capture)
                 capture.release()
@@ -166,12 +179,13 @@ class Live(Frames):
     def _bring_back(self) -> Capture | None:
         """Reconnect until the source answers; None if it was closed meanwhile."""
         pause_s, lost_s = FIRST_PAUSE_S, time.monotonic()
-        self._tell(f"{self.source}: no more frames come; it is tried again after {pause_s:g} s")
+        if self._began_s:
+            self._tell(f"{self.source}: no more frames come; it is tried again after {pause_s:g} s")
         while not self._stop.wait(pause_s):
             try:
                 capture = self._connect()
             except SourceError as error:
-                pause_s = min(2 * pause_s, LONGEST_PAUSE_S)
+                pause_s = min(2 * pause_s, LONGEST_WAIT_S if self._waits else LONGEST_PAUSE_S)
                 self._tell(f"{error}; it is tried again after {pause_s:g} s")
                 continue
             self._ask(capture, self.settings)

@@ -14,14 +14,15 @@ from dockpose.simulate.render import render
 from dockpose.simulate.sequence import Observe, scenes
 from dockpose.sources.bags.bag import Bag
 from dockpose.sources.bags.storage import check_regular
-from dockpose.sources.capture import Camera, StreamCapture
+from dockpose.sources.blueos import SCHEME, stream_of
+from dockpose.sources.capture import Camera, Capture, StreamCapture
 from dockpose.sources.frames import Callback, Frame, Frames, SourceError
 from dockpose.sources.kinds import DEFAULT_CAPTURE, CaptureSettings, Kind, camera_number, is_rtp, kind_of
 from dockpose.sources.live import Live
 from dockpose.sources.pictures import Pages, Pictures, list_pictures
 from dockpose.sources.rtp.capture import RtpCapture
 from dockpose.sources.video import Video
-from dockpose.text import shown
+from dockpose.text import shown, without_secrets
 
 
 class Simulated(Frames):
@@ -134,6 +135,8 @@ def open_frames(
     elif kind is Kind.CAMERA:
         number = camera_number(name) or 0
         frames = Live(f"camera {number}", lambda: Camera(number, grey=grey), tell, settings=capture)
+    elif kind is Kind.STREAM and name.lower().startswith(SCHEME):
+        frames = Live(name, lambda: _of_blueos(name, timeout_s, tell, grey), tell, waits=True)
     elif kind is Kind.STREAM and is_rtp(name):
         frames = Live(name, lambda: RtpCapture(name, tell or (lambda text: None), grey=grey), tell)
     elif kind is Kind.STREAM:
@@ -150,6 +153,16 @@ def open_frames(
         frames = Pictures(paths, name, rate_hz, tell)
     frames.turn(rotate)
     return frames
+
+
+def _of_blueos(name: str, timeout_s: float, tell: Callback | None, grey: bool) -> Capture:
+    """What comes from the stream that BlueOS's camera manager names now."""
+    there = stream_of(name, timeout_s)
+    if tell is not None:
+        tell(f"{name}: {without_secrets(there)}")
+    if is_rtp(there):
+        return RtpCapture(there, tell or (lambda text: None), grey=grey)
+    return StreamCapture(there, timeout_s, tell, grey=grey)
 
 
 def _kind_and_name(source: object) -> tuple[Kind, str]:

@@ -50,6 +50,8 @@ class ExperimentPanel(Panel):
         self._add_fields()
         self._add_rows()
         self._show_session("")
+        if app.options.resume and (session := self._sessions.last()) is not None:
+            self._replace(session, f"Going on with {session.record.name}.")
 
     def take_typed(self, request: Any, client: Client) -> None:
         """Take a frame with what a browser's boxes say, and tell it that it was heard."""

@@ -12,13 +12,14 @@ from urllib.parse import SplitResult, parse_qs, urlsplit
 
 from dockpose.app.web.server.connections import SETTINGS, Connections
 from dockpose.app.web.server.journal import JOURNAL, SOCKETS_LOG, client_of
-from dockpose.app.web.server.pages import LOOK_PATH, MADE_HERE, Page
+from dockpose.app.web.server.pages import LOOK_PATH, MADE_HERE, WITHOUT_TOKEN, Page
 from dockpose.app.web.server.viser_private import serving_through
 from dockpose.text import printable
 from websockets import Headers
 from websockets.http11 import Request, Response
 
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "::1")
+_UNFRAMED, _NO_FORMS = "frame-ancestors 'none'", "form-action 'none'"
 _LONGEST_PATH = 255  # no page of ours has a longer one, and most file systems know none
 # viser's page unpacks its script and style itself, so both are inline, and its decoder is WebAssembly; pictures and
 # fonts come as data: and blob:. Nothing is loaded from or sent to another host; handlers in HTML do not run.
@@ -33,24 +34,26 @@ CONTENT_POLICY = "; ".join(
         "worker-src blob:",
         "connect-src 'self' blob: data:",
         "base-uri 'none'",
-        "form-action 'none'",
-        "frame-ancestors 'none'",
+        _NO_FORMS,
+        _UNFRAMED,
     )
 )
-_HEADERS = {
-    "Content-Security-Policy": CONTENT_POLICY,
-    "X-Content-Type-Options": "nosniff",
-    "X-Frame-Options": "DENY",
-    "Referrer-Policy": "no-referrer",
-    "Cache-Control": "no-store",
-}
+_HEADERS = {"X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", "Cache-Control": "no-store"}
 
 
 class Guard:
     """Decides which requests pass: by one of our names, with the token shown once."""
 
-    def __init__(self, host: str, more_names: Iterable[str] = (), token: str | None = None) -> None:
+    def __init__(
+        self, host: str, more_names: Iterable[str] = (), token: str | None = None, frames: Iterable[str] = ()
+    ) -> None:
         self.token = token or secrets.token_urlsafe(18)
+        framing = " ".join(frames)  # who may show the page in a frame
+        self.is_framed, self.headers = bool(framing), _HEADERS | {"Content-Security-Policy": CONTENT_POLICY}
+        if framing:
+            self.headers["Content-Security-Policy"] = CONTENT_POLICY.replace(_UNFRAMED, f"frame-ancestors {framing}")
+        else:
+            self.headers["X-Frame-Options"] = "DENY"
         # A name, or the whole address of a page, which may then ask though a proxy passes on another Host.
         more = [name.lower().rstrip("/") for name in more_names]
         self._origins = {name for name in more if "://" in name}
@@ -62,6 +65,18 @@ class Guard:
 
     def refusal(self, headers: Headers, path: str) -> str | None:
         """Why a request is refused, in a sentence; None where it may pass."""
+        if (reason := self._refusal_of_sender(headers)) is not None:
+            return reason
+        if not self._shows_token(headers, path):
+            return "Open the address that dockpose printed in the terminal; it ends in ?token= and some letters."
+        if len(headers.get_all("Upgrade")) > 1:
+            return "This asks for two protocols at once (Upgrade)."
+        if len(path.partition("?")[0]) > _LONGEST_PATH or not path.isascii():
+            return "No page here has such an address."
+        return None
+
+    def _refusal_of_sender(self, headers: Headers) -> str | None:
+        """Why a request is refused by whom it asks, and who asks."""
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
         if len(hosts) != 1 or not self._knows(hosts[0]):
             return "This page is not known by that name (Host). Use the address that dockpose printed."
@@ -71,13 +86,14 @@ class Guard:
                 f"A page at {asking} (Origin) asked {asked} (Host), which only its own page may. Behind a proxy, let "
                 f"that pass on the browser's Host, or start dockpose with --allow-host {asking}."
             )
-        if not self._shows_token(headers, path):
-            return "Open the address that dockpose printed in the terminal; it ends in ?token= and some letters."
-        if len(headers.get_all("Upgrade")) > 1:
-            return "This asks for two protocols at once (Upgrade)."
-        if len(path.partition("?")[0]) > _LONGEST_PATH or not path.isascii():
-            return "No page here has such an address."
         return None
+
+    def stranger_page(self, headers: Headers, path: str) -> Page | None:
+        """What one without the token is shown where the page may be framed: who it is, and a form for the token."""
+        name = path.partition("?")[0]
+        if not self.is_framed or is_upgrade(headers) or self._refusal_of_sender(headers):
+            return None
+        return WITHOUT_TOKEN.get(name) if not self._shows_token(headers, path) else None
 
     def cookie(self, headers: Headers) -> str:
         """The cookie that identifies a browser from then on."""
@@ -152,6 +168,11 @@ def _answer(
     response = None
     try:
         reason = guard.refusal(headers, path)
+        if reason is not None and (greeting := guard.stranger_page(headers, path)) is not None:
+            response = _response(200, "OK", greeting)
+            policy = guard.headers["Content-Security-Policy"].replace(_NO_FORMS, "form-action 'self'")
+            response.headers.update(guard.headers | {"Content-Security-Policy": policy})
+            return response
         if reason is None and is_upgrade(headers):
             return otherwise(connection, request)
         if reason is None:
@@ -164,7 +185,7 @@ def _answer(
         # Nothing else of the request, for it may hold a token.
         named = [f"{name} {value[:80]!r}" for name in ("Host", "Origin") for value in headers.get_all(name)]
         JOURNAL.note(client_of(connection), f"refused a request: {reason} {', '.join(named)}")
-    response.headers.update(_HEADERS)
+    response.headers.update(guard.headers)
     return response
 
 

@@ -22,6 +22,8 @@ class Options:
 
     # host names that browsers may use besides this machine's own, such as a reverse proxy's
     allow_hosts: tuple[str, ...] = ()
+    allow_frames: tuple[str, ...] = ()  # origins of pages that may show this one in a frame
+    resume: bool = False  # whether the session that was changed last is open from the start
     folder: Path | None = None  # the folder on this machine whose pictures the page may show
     upload_limit_bytes: int = UPLOAD_LIMIT_BYTES  # limit for all uploaded pictures together
     remember_in: Path | None = None  # folder for the last settings and each port's token

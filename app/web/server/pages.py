@@ -3,6 +3,7 @@
 import re
 from dataclasses import dataclass
 
+from dockpose import __version__
 from dockpose.app.resources import static_path
 from dockpose.app.web.server.viser_private import page_html
 
@@ -28,6 +29,14 @@ class Page:
     body: bytes
 
 
+# What BlueOS asks of each port before a person opens it: whether something is there, and what it is.
+_WHAT_IT_IS = static_path("register_service.json").read_text(encoding="utf-8").replace("VERSION", __version__)
+WITHOUT_TOKEN = {
+    "/": Page("text/html; charset=utf-8", static_path("token.html").read_bytes()),
+    "/register_service": Page("application/json", _WHAT_IT_IS.encode()),
+}
+
+
 def own_pages() -> dict[str, Page]:
     """Pages by path."""
     html = "text/html; charset=utf-8"
@@ -41,6 +50,7 @@ def own_pages() -> dict[str, Page]:
         "/alive": Page("text/plain; charset=utf-8", MADE_HERE),
         LOOK_PATH: Page("text/plain; charset=utf-8", b""),
         "/help": Page(html, help_page().encode()),
+        "/register_service": WITHOUT_TOKEN["/register_service"],
     }
 
 

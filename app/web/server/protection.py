@@ -9,7 +9,7 @@ import viser
 import websockets.asyncio.server as websocket_server
 from dockpose.app.errors import UserError
 from dockpose.app.web.server import viser_private
-from dockpose.app.web.server.guard import CONTENT_POLICY, Guard, cookie_name
+from dockpose.app.web.server.guard import Guard, cookie_name
 
 _TIMEOUT_S = 10.0
 _UPGRADE = {
@@ -51,18 +51,21 @@ def check_running(server: viser.ViserServer, guard: Guard) -> None:
     named = {"Host": f"localhost:{port}"}
     cookie = {"Cookie": f"{cookie_name(named['Host'])}={guard.token}"}
     for way, headers in (("HTTP", {}), ("WebSocket", _UPGRADE)):
-        if not _refuses(reachable, port, named | headers):
+        if not _refuses(guard, reachable, port, named | headers):
             raise UnprotectedError(f"a {way} request without the token is not refused")
-        if not _refuses(reachable, port, named | headers | cookie | {"Origin": "http://another.example"}):
+        if not _refuses(guard, reachable, port, named | headers | cookie | {"Origin": "http://another.example"}):
             raise UnprotectedError(f"a {way} request from the page of another origin is not refused")
 
 
-def _refuses(host: str, port: int, headers: dict[str, str]) -> bool:
+def _refuses(guard: Guard, host: str, port: int, headers: dict[str, str]) -> bool:
     """Whether the guard, and nobody else, answers a request with 403."""
     try:
         with contextlib.closing(http.client.HTTPConnection(host, port, timeout=_TIMEOUT_S)) as connection:
-            connection.request("GET", "/", headers=headers)
+            connection.request("GET", "/help", headers=headers)
             answer = connection.getresponse()
-            return answer.status == 403 and answer.getheader("Content-Security-Policy") == CONTENT_POLICY
+            return (
+                answer.status == 403
+                and answer.getheader("Content-Security-Policy") == guard.headers["Content-Security-Policy"]
+            )
     except (OSError, http.client.HTTPException):
         return False

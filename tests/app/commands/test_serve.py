@@ -104,6 +104,51 @@ def test_the_page_is_told_where_the_camera_sits_without_an_autopilot_too(tmp_pat
     assert given[0].autopilot is None
 
 
+def given_options(monkeypatch, told_by, *words):
+    given = []
+    monkeypatch.setattr(web_app, "App", lambda *arguments: given.append(arguments) or FakeApp())
+    told_by(*words)
+    return given[0]
+
+
+def test_variables_are_settings_and_words_have_precedence(monkeypatch, told_by):
+    for name, value in {
+        **{"SOURCE": "rtp://:5600", "ALLOW_HOST": "blueos.local 192.168.2.2", "ALLOW_FRAME": "http://blueos.local"},
+        **{"PORT": "8123", "RESUME": "1", "CAMERA": ""},
+    }.items():
+        monkeypatch.setenv(f"DOCKPOSE_{name}", value)
+    source, _, _, _, port, options = given_options(monkeypatch, told_by, "--allow-host", "tank.example.org")
+    assert (source, port) == ("rtp://:5600", 8123)
+    assert options.allow_hosts == ("blueos.local", "192.168.2.2", "tank.example.org")
+    assert options.allow_frames == ("http://blueos.local",)
+    assert options.resume
+    monkeypatch.setenv("DOCKPOSE_RESUME", "0")
+    source, _, _, _, port, options = given_options(monkeypatch, told_by, "plain", "--port", "8124")
+    assert (Path(source).stem, port, options.resume) == ("plain", 8124, False)
+
+
+def test_a_variable_that_names_no_setting_is_said(monkeypatch, refusal):
+    monkeypatch.setenv("DOCKPOSE_ALOW_HOST", "blueos.local")
+    assert "DOCKPOSE_ALOW_HOST: there is no such setting" in refusal("serve")
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [
+        "*",
+        "blueos.local",
+        "http://blueos.local/",
+        "http://blueos.local; script-src *",
+        "http://*.local",
+        "'self'",
+        "http://",
+    ],
+)
+def test_who_may_frame_the_page_is_one_origin(origin, refusal):
+    """It goes into a header, where a blank or a semicolon would let others in."""
+    assert f"--allow-frame {origin}: must be an origin" in refusal("serve", "--allow-frame", origin)
+
+
 def test_what_cannot_be_served_is_said(tmp_path, refusal):
     assert refusal("gone.png", status=1)
     for words in (["serve", "--folder", str(tmp_path / "none")], ["serve", "--port", "70000"]):

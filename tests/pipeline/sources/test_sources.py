@@ -224,6 +224,27 @@ def test_a_camera_that_goes_away_is_tried_again_with_growing_pauses_and_said_so(
     assert "after 0.05 s" in told[1]
 
 
+def test_a_source_that_is_not_there_yet_is_waited_for_if_it_may_come_later(monkeypatch):
+    monkeypatch.setattr("dockpose.sources.live.FIRST_PAUSE_S", 0.01)
+    answers = [*[SourceError("blueos://127.0.0.1: does not answer")] * 3, FakeCapture([7] * 1000)]
+
+    def connect():
+        answer = answers.pop(0)
+        if isinstance(answer, SourceError):
+            raise answer
+        return answer
+
+    told = []
+    with Live("blueos://127.0.0.1", connect, told.append, waits=True) as frames:
+        assert "does not answer; it is waited for" in frames.about
+        assert number_of(next(iter(frames)).image) == 7
+    assert [text.partition(": ")[2][:14] for text in told] == [*["does not answe"] * 3, "is back after "]
+    assert answers == []
+    answers = [SourceError("blueos://127.0.0.1: does not answer")]
+    with pytest.raises(SourceError, match="does not answer"):
+        Live("blueos://127.0.0.1", connect)
+
+
 def test_a_source_that_cannot_be_read_any_more_ends_with_a_sentence_rather_than_silence():
     class Broken(FakeCapture):
         def retrieve(self):

@@ -65,14 +65,14 @@ def panel(start):
 
 
 @contextmanager
-def started(server, folder):
+def started(server, folder, **options):
     told = []
 
     def notify(title, sentence, colour, client):
         told.append((title, sentence))
 
     with ExitStack() as closing:
-        app: Any = SimpleNamespace(options=Options(sessions=folder), notify=notify, choices=Choices())
+        app: Any = SimpleNamespace(options=Options(sessions=folder, **options), notify=notify, choices=Choices())
         app.server, app.closing, app.view = server, closing, open_source(None, None, None)
         app.change = lambda function, client: setattr(app, "view", function(app.view))
         app.attempt, app.report = partial(Page.attempt, app), partial(Page.report, app)
@@ -100,6 +100,22 @@ def test_after_a_restart_the_last_session_of_today_goes_on(start, monkeypatch):
         assert take(start()) == (today, 3)
     monkeypatch.setattr(session_module.datetime, "date", SimpleNamespace(today=lambda: date(2001, 2, 3)))
     assert take(start()) == ("2001-02-03", 1)
+
+
+def test_after_a_loss_of_power_the_session_is_open_whatever_the_clock_says(served, tmp_path, monkeypatch):
+    with started(served[0], tmp_path, resume=True) as one:
+        assert one.panel._session is None
+        one.panel.show(analyse(open_source(None, None, None)))
+        one.panel.take(one.client)
+        assert one.panel._session is not None
+        name = one.panel._session.record.name
+    monkeypatch.setattr(session_module.datetime, "date", SimpleNamespace(today=lambda: date(1970, 1, 1)))
+    with started(served[0], tmp_path, resume=True) as again:
+        assert again.panel._session is not None
+        assert again.panel._session.record.name == name
+        assert len(again.panel._rows()) == 1
+    with started(served[0], tmp_path) as other:
+        assert other.panel._session is None
 
 
 def test_a_session_that_was_put_away_is_not_taken_up_again(panel):

@@ -123,28 +123,27 @@ def summary(rows: Sequence[Row]) -> str:
 
 
 def by_rule(rows: Sequence[Row], rule: str) -> str:
-    """Each method by one rule of exposure: wrong poses, and the share of right ones by range and by water."""
+    """Each method by one rule of exposure: wrong poses, and the share of right ones by range."""
     body = []
     for name in METHODS:
         own = [row for row in rows if row.method == name and row.rule == rule]
         wrong = [row for row in own if row.is_found and not row.is_right]
         shares = [share_right(own, range_diameters=at) for at in RANGES]
-        shares += [share_right(own, water=water) for water in waters()]
         counts = str(len(wrong)), str(sum(row.is_sure for row in wrong))
         body.append([name, *(f"{100 * share.value:.0f}" for share in shares), *counts])
     ranges = [f"{at:g} diameters" for at in RANGES]
-    return table(["right, %", *ranges, *(f"{one} per m" for one in waters()), "wrong", "of these sure"], body)
+    return table(["right, %", *ranges, "wrong", "of these sure"], body)
 
 
 def of_thresholds(rows: Sequence[tuple[str, str, bool, bool, float]]) -> str:
-    """Each threshold over all scenes of each drawer: groups exactly the lights, and poses right."""
+    """Each threshold over all scenes of each drawer: shares of those with exactly the lights, and the right pose."""
     drawers = sorted({row[0] for row in rows}, reverse=True)
     body = []
     for name in thresholds.names():
         cells = []
         for drawer, column in itertools.product(drawers, (2, 3)):
             own = [row for row in rows if row[:2] == (drawer, name)]
-            cells.append(interval(wilson(sum(bool(row[column]) for row in own), len(own))))
+            cells.append(f"{100 * sum(bool(row[column]) for row in own) / len(own):.0f}")
         took_ms = np.median([row[4] for row in rows if row[1] == name])
         body.append([thresholds.METHODS[name].label, *cells, f"{took_ms:.1f}"])
     what = [f"{drawer}: {words}" for drawer, words in itertools.product(drawers, ("lights, %", "pose, %"))]

@@ -3,7 +3,6 @@
 # A None where a value is expected fails the test, which is what it should do.
 # pyright: reportOptionalMemberAccess=false
 
-import io
 import json
 import zipfile
 from dataclasses import replace
@@ -12,11 +11,10 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
-from dockpose import estimate, load_camera
+from dockpose import estimate
 from dockpose.app.cli import main
 from dockpose.app.experiment import Session
 from dockpose.app.export.bundle import picture_files, to_zip
-from dockpose.app.export.recording import Recording
 from dockpose.app.export.recordings.ros import write_bag
 from dockpose.app.export.video import VideoFile
 from dockpose.app.processing.analysis import analyse
@@ -25,9 +23,9 @@ from dockpose.camera.files import save_camera
 from dockpose.camera.mark import COMMENT, to_jpeg
 from dockpose.camera.port import FlatPort
 from dockpose.lights.by_hand import ByHand
-from dockpose.sidecar import load_dock, sample_path
-from dockpose.simulate import Approach, FilmPlan, film, render
-from dockpose.sources import Arrival, Bag, Frame, Kind, SourceError, kind_of, open_frames
+from dockpose.sidecar import sample_path
+from dockpose.simulate import Approach, FilmPlan, film
+from dockpose.sources import Bag, Kind, SourceError, kind_of, open_frames
 
 from tests.support import bags
 from tests.support.scenes import CAMERA, DOCK, random_scene
@@ -125,18 +123,6 @@ def test_without_pictures_it_is_small_and_no_source_of_pictures(tmp_path, capsys
     assert "no topic of the bag has pictures" in capsys.readouterr().err
 
 
-def test_the_picture_of_a_zip_file_gives_the_same_poses(tmp_path):
-    analysis = analyse(open_source(None, None, None))
-    files = {name: make for name, make in picture_files(analysis).items() if name in ("picture.png", "settings.yaml")}
-    with zipfile.ZipFile(io.BytesIO(to_zip(files))) as archive:
-        archive.extractall(tmp_path)
-    again = estimate(
-        tmp_path / "picture.png", load_camera(tmp_path / "settings.yaml"), load_dock(tmp_path / "settings.yaml")
-    )
-    for one, other in zip(again.candidates, analysis.estimate.candidates, strict=True):
-        np.testing.assert_allclose(one.position_m, other.position_m, rtol=0, atol=1e-9)
-
-
 def test_lights_set_by_hand_go_with_the_picture_into_a_zip_file_and_a_session(tmp_path, capfd):
     view = open_source(None, None, None)
     places = estimate(view.image, view.camera, view.dock).markers.points_px + [0.4, -0.3]
@@ -159,31 +145,6 @@ def test_lights_set_by_hand_go_with_the_picture_into_a_zip_file_and_a_session(tm
     Session.create(tmp_path / "session").take(view.image, analysis.estimate, "tank.png")
     assert main(["estimate", "--session", str(tmp_path / "session")]) == 0
     assert "1 of 1 rows give the same numbers" in capfd.readouterr().out
-
-
-def test_the_picture_of_a_session_gives_the_same_poses(tmp_path):
-    picture = coloured(render(random_scene(2))[0])
-    found = estimate(picture, CAMERA, DOCK)
-    with Session.create(tmp_path / "tank") as session:
-        row = session.take(picture, found, "tank.png")
-    again = estimate(tmp_path / "tank" / row.file, CAMERA, DOCK)
-    assert again.selected is not None
-    assert found.selected is not None
-    np.testing.assert_allclose(again.selected.T_camera_dock, found.selected.T_camera_dock, rtol=0, atol=1e-9)
-
-
-@pytest.mark.parametrize("change", [np.asarray, coloured])
-def test_a_recording_gives_the_same_poses(tmp_path, change):
-    recording = Recording(tmp_path / "run.mkv", lambda text: None)
-    for number, picture in enumerate(FRAMES):
-        recording.take(Arrival(Frame(change(picture), number, number / 10, "camera 0")))
-    recording.close()
-    with open_frames(tmp_path / "run.mkv") as frames:
-        for picture, frame in zip(FRAMES, frames, strict=True):
-            one, other = (estimate(each, CAMERA, DOCK).selected for each in (change(picture), frame.image))
-            assert one is not None
-            assert other is not None
-            np.testing.assert_allclose(other.T_camera_dock, one.T_camera_dock, rtol=0, atol=1e-9)
 
 
 @pytest.mark.slow

@@ -66,19 +66,6 @@ def test_to_dict_is_what_json_takes_with_the_keys_of_the_command(found, nothing)
 
 
 @pytest.mark.extra
-def test_to_frame_has_a_row_for_each_candidate(found):
-    table = found.to_frame()
-    assert table["pose"].tolist() == ["A", "B"]
-    assert table["selected"].tolist() == [True, False]
-    pose = found.candidates[1]
-    row = table.iloc[1]
-    assert row[["x_m", "y_m", "z_m"]].tolist() == pose.position_m.tolist()
-    assert row["theta_y_deg"] == pytest.approx(math.degrees(pose.theta_y_rad))
-    assert row["sigma_z_m"] == pose.sigma_position_m[2]
-    assert row["lights_on_ring"] == 10
-
-
-@pytest.mark.extra
 def test_to_frame_of_no_dock_is_one_row_and_tables_fit_together(found, nothing):
     import pandas  # pyright: ignore[reportMissingImports]
 
@@ -100,8 +87,11 @@ def test_rows_of_a_table_have_the_same_columns_whatever_was_found(found, nothing
             place, angle = getattr(pose, f"{kind}_position_m"), getattr(pose, f"{kind}_theta_rad")
             assert [row[f"{kind}_{axis}_m"] for axis in "xyz"] == list(place)
             assert [row[f"{kind}_theta_{axis}_deg"] for axis in "xy"] == pytest.approx(np.degrees(angle))
+        assert [row[f"{axis}_m"] for axis in "xyz"] == list(pose.position_m)
+        assert row["theta_y_deg"] == pytest.approx(math.degrees(pose.theta_y_rad))
         assert row["selected"] == (pose is found.selected)
         assert (row["status"], row["level"], row["detection"]) == ("ok", found.threshold.level, found.detection)
+    assert [(row["pose"], row["lights_on_ring"]) for row in rows] == [("A", 10), ("B", 10)]
     assert (empty["status"], empty["pose"], empty["selected"], empty["lights_on_ring"]) == ("no_lights", "", False, 0)
     told = {"status", "pose", "selected", "method", "level", "lights_on_ring", "elapsed_ms", "message"}
     assert all(math.isnan(value) for key, value in empty.items() if key not in told)

@@ -68,8 +68,9 @@ def test_a_bag_that_breaks_off_is_done_as_far_as_it_goes(course, tmp_path, capsy
 
 
 def test_what_is_missing_or_open_is_asked_for(course, tmp_path, capsys):
-    assert main(["estimate", str(course / "run.mcap")]) == 2
-    assert "how large is the dock?" in capsys.readouterr().err
+    for command in ("estimate", "compare"):
+        assert main([command, str(course / "run.mcap")]) == 2
+        assert "how large is the dock?" in capsys.readouterr().err
     pictures = [read(course / "pictures" / "0000.png")] * 2
     path = bags.write_mcap(tmp_path / "a.mcap", bags.frames(pictures) + bags.frames(pictures, topic="/b/image_raw"))
     assert main(["estimate", str(path), *DOCK_WORDS]) == 1
@@ -89,14 +90,3 @@ def test_a_camera_of_another_size_is_refused_and_both_sizes_are_named(course, tm
     (line,), told = estimated([str(path), "--camera", str(course / "camera.yaml"), *DOCK_WORDS], capsys)
     assert line["camera"]["fx_px"] == pytest.approx(CAMERA.fx / 2)
     assert "camera_info" not in told
-
-
-def test_compare_takes_each_frame(course, capsys):
-    picture = read(course / "pictures" / f"{FRAMES - 1:04d}.png")
-    path = bags.write_mcap(course / "two.mcap", [INFO, *bags.frames([picture, picture])])
-    assert main(["compare", str(path), *DOCK_WORDS, "--json", "-"]) == 0
-    found = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    assert [line["frame"] for line in found] == [0, 1]
-    assert found[1]["methods"]["hats"]["status"] == "ok"
-    assert main(["compare", str(path)]) == 2
-    assert "how large is the dock?" in capsys.readouterr().err

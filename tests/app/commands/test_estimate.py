@@ -94,12 +94,6 @@ def test_files_are_written_where_asked(tank, capsys):
     assert drawn.shape == (480, 640, 3)
 
 
-def test_camera_of_another_size_is_refused_by_name(tank, refusal):
-    cv2.imwrite("wide.png", np.zeros((400, 640), np.uint8))
-    told = refusal("estimate", "wide.png", *KNOWN, status=1)
-    assert "wide.png: the image is 640 x 400 pixels, but the camera was calibrated at 640 x 480" in told
-
-
 def test_where_the_number_of_lights_would_help_it_is_asked_for(tank, capsys):
     rng = np.random.default_rng(0)
     specks = np.full((480, 640), 10, np.uint8)

@@ -14,7 +14,6 @@ from dockpose.app.drawing.annotated import LAYERS
 from dockpose.app.drawing.colours import TRUTH_COLOUR, bgr
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Session, read_session
-from dockpose.app.export.bundle import read_lines
 from dockpose.app.inputs.pictures import load_sample
 from dockpose.files import FileError
 from dockpose.sidecar import sample_path
@@ -113,26 +112,6 @@ def test_a_sequence_becomes_a_zip(lines, tmp_path):
     assert [row["frame"] for row in table] == ["0", "1", "2"]
     assert table.fieldnames is not None
     assert table.fieldnames[-1] == "message"
-
-
-def test_lines_that_are_none_are_named(tmp_path, lines):
-    path = tmp_path / "bad.jsonl"
-    good = lines.read_text()
-    for text, words in (
-        ("", "has no lines"),
-        ("{}\n", "line 1 does not"),
-        (good + "[1]\n", "line 4 does not"),
-    ):
-        path.write_text(text)
-        with pytest.raises(FileError, match=words):
-            read_lines(path)
-    path.write_text(good.replace('"selected": 0', '"selected": 7'))
-    with pytest.raises(FileError, match="selected is 7"):
-        read_lines(path)
-    path.write_text(good + good[:200])  # a run that was stopped
-    told: list[str] = []
-    assert len(read_lines(path, told.append)) == 3
-    assert told == [f"{path}: line 4, the last, is cut short and left out"]
 
 
 @pytest.mark.parametrize(("cut", "status"), [(0, 0), (1, 0), (2, 1), (500, 1)])

@@ -104,11 +104,3 @@ def test_labels_that_export_writes_give_each_picture_its_lights_again(tank, json
         before, after = ([(mark["x_px"], mark["y_px"]) for mark in line["markers"]] for line in (one, other))
         away = np.linalg.norm(np.array(before)[:, None] - after, axis=2)
         assert away.min(axis=0).max() < 1e-6
-
-
-def test_no_output_takes_the_place_of_the_lights(clicked, tank, capfd):
-    before = (tank / "lights.csv").read_bytes()
-    for command, option in (("estimate", "--csv"), ("compare", "--out")):
-        assert main([command, PLAIN, "--lights-at", "lights.csv", option, "lights.csv"]) == 2
-        assert "lights.csv: would overwrite the input lights.csv" in capfd.readouterr().err
-    assert (tank / "lights.csv").read_bytes() == before

@@ -68,6 +68,8 @@ REFUSED = [
     ("estimate tilted.png --tum a --csv here/a", "--tum a", "what --csv writes"),
     ("serve --sessions . --log-file session/session.yaml", "--log-file session/session.yaml", "input session/session"),
     ("ros --camera cam.yaml --dock-diameter 0.3 --log-file cam.yaml", "--log-file cam.yaml", "input cam.yaml"),
+    ("estimate tilted.png --lights-at lights.csv --csv lights.csv", "--csv lights.csv", "input lights.csv"),
+    ("compare tilted.png --lights-at lights.csv --out lights.csv", "--out lights.csv", "input lights.csv"),
     ("compare tilted --json new --log-file new", "--log-file new", "what --json writes"),
 ]
 
@@ -87,8 +89,17 @@ def made(tmp_path_factory):
     for name in ("s.yaml", "sim/scene.yaml", "sim/frame_0001.yaml"):
         save_sequence(FilmPlan(scene=scene), folder / name)
     (folder / "sim/truth.csv").write_bytes(",".join(TRUTH_COLUMNS).encode() + b"\r\n")
-    fakes = ("film.mkv", "film.yaml", "tank.sdp", "bag.mcap", "bag/0.mcap", "boards/a.png", "taken/frame_0001.png")
-    for name in (*fakes, "session/session.yaml", "session/results.csv", "session/frames/0001.png"):
+    fakes = (
+        "film.mkv",
+        "film.yaml",
+        "lights.csv",
+        "tank.sdp",
+        "bag.mcap",
+        "bag/0.mcap",
+        "boards/a.png",
+        "taken/frame_0001.png",
+    )
+    for name in (*fakes, "lights.csv", "session/session.yaml", "session/results.csv", "session/frames/0001.png"):
         (folder / name).write_bytes(b"of the tank")
     (folder / "link.png").symlink_to("tilted.png")
     (folder / "hard.png").hardlink_to(folder / "tilted.png")

@@ -110,8 +110,15 @@ def test_a_line_of_wrong_types_or_values_is_named_by_its_number(analysis, tmp_pa
         read_lines(path)
 
 
-def test_deep_nesting_is_refused(analysis, tmp_path):
+def test_what_is_no_lines_is_refused(analysis, tmp_path):
     path = tmp_path / "a.jsonl"
-    path.write_bytes(line_of(analysis)[:-2] + b', "camera": ' + b'{"a": ' * 5000 + b"1" + b"}" * 5001 + b"\n")
-    with pytest.raises(FileError, match=r"a\.jsonl: line 1"):
-        read_lines(path)
+    nested = line_of(analysis)[:-2] + b', "camera": ' + b'{"a": ' * 5000 + b"1" + b"}" * 5001 + b"\n"
+    for content, words in (
+        (b"", "has no lines"),
+        (b"{}\n", "line 1 does not"),
+        (b"[1]\n", "line 1 does not"),
+        (nested, "line 1"),
+    ):
+        path.write_bytes(content)
+        with pytest.raises(FileError, match=rf"a\.jsonl: {words}"):
+            read_lines(path)

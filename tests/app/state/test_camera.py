@@ -227,17 +227,9 @@ def test_camera_file_of_half_the_size_is_scaled_and_says_so(view):
     assert "My tank is for 320 x 240; its values were scaled to 640 x 480" in loaded.notes[0]
 
 
-@pytest.mark.parametrize(
-    ("data", "words"),
-    [
-        (b"", r"mine\.yaml: holds no keys"),
-        (b"\x89PNG\xff", r"mine\.yaml: is a picture"),
-        (b"camera: {fx_px: 1, colour: red}", r"mine\.yaml: .*"),
-    ],
-)
-def test_camera_file_that_does_not_fit_is_named(view, data, words):
-    with pytest.raises(ValueError, match=words):
-        optics.with_camera_file(view, data, "mine.yaml")
+def test_camera_file_that_does_not_fit_is_named(view):
+    with pytest.raises(ValueError, match=r"mine\.yaml: is a picture"):
+        optics.with_camera_file(view, b"\x89PNG\xff", "mine.yaml")
 
 
 def test_camera_file_of_another_shape_waits_for_ones_own_pictures_where_the_one_shown_has_its_own(view, sample):

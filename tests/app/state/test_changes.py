@@ -19,12 +19,6 @@ PICTURE = cv2.imencode(".png", np.full((480, 640), 20, np.uint8))[1].tobytes()
 UNEVEN = (0.0, 30.0, 75.0, 120.0, 180.0, 250.5, 300.0)
 
 
-@pytest.mark.parametrize("value", [math.nan, "8", None, True, [8]])
-def test_number_of_lights_that_is_no_number_is_refused(view, value):
-    with pytest.raises(UserError, match="must be a number"):
-        put(view, "lights", value)
-
-
 def with_dock(view, **values):
     return replace(view, dock=Dock(0.3, **values))
 
@@ -127,12 +121,6 @@ def test_even_spacing_written_out_gives_the_same_pose(view):
 @pytest.mark.parametrize(("value", "lights"), [(0, None), (-2, None), (1, 3), (8, 8), (8.4, 8), (1000, 60)])
 def test_number_of_lights(view, value, lights):
     assert put(view, "lights", value).dock.lights == lights
-
-
-def test_centroid(view):
-    assert choices.with_centroid(view, "binary").settings.centroid == "binary"
-    with pytest.raises(ValueError, match="'round'"):
-        choices.with_centroid(view, "round")
 
 
 def test_mask_is_cut_to_the_picture_and_can_be_removed(view):

@@ -2,7 +2,6 @@
 
 import pytest
 from dockpose.app.resources import read_toml
-from dockpose.app.state.parameters import put
 from dockpose.app.state.values import VALUES
 
 PUT = {
@@ -34,8 +33,3 @@ def test_every_value_reads_back_what_was_put(view, name):
 def test_every_value_has_a_control(view):
     rows = {name for table in read_toml("controls.toml").values() for name in table}
     assert {*VALUES} <= rows
-
-
-def test_a_gamma_of_the_camera_s_own_is_on_offer(view):
-    gamma = VALUES["tone"].put(view, "1.8")
-    assert "1.8" in VALUES["tone"].options(put(gamma, "fx", 700))  # type: ignore[misc]

@@ -10,7 +10,6 @@ from dockpose.camera import FlatPort
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.pose.choice import choose_by_side, choose_by_spacing, is_square_on
 from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
-from dockpose.pose.placement import place
 from dockpose.pose.solve import find_poses
 from dockpose.pose.uncertainty import PRIOR_NOISE_PX, PRIOR_NUMBERS, WORTH_OF_EVIDENCE, log_odds, noise_px
 from msgspec.structs import replace
@@ -19,7 +18,6 @@ from scipy.stats import binom
 from tests.support.docks import CAMERA, nominal, uneven
 
 DOCK = Dock(0.30, 10)
-UNEVEN = Dock(0.3, angles_deg=(0, 30, 100, 160, 200, 290))
 
 
 def seen(position_m, theta_x, theta_y, roll=0.2, dock=DOCK, skip=(), noise_px=0.0, seed=0):
@@ -187,35 +185,6 @@ def test_the_truth_may_be_nearer_to_the_other_pose_where_their_errors_overlap():
     apart_rad = math.acos(choice.candidates[0].normal @ choice.candidates[1].normal)
     assert apart_rad < 2 * max(choice.candidates[0].sigma_theta_rad)
     assert 0.5 < choice.candidates[0].probability < 1 / (1 + math.exp(-log_odds(first, second, 20))) - 0.1
-
-
-def test_even_lights_are_numbered_in_turn():
-    points = np.radians([5 + 36 * light for light in (0, 1, 3, 9)])
-    placement = place(points[None], DOCK)
-    assert placement.fits == [True]
-    steps = (placement.lights[0] - placement.lights[0, 0]) % 10
-    assert steps.tolist() == [0, 1, 3, 9]
-    assert placement.period_rad == pytest.approx(math.pi / 5)
-    np.testing.assert_allclose(np.exp(1j * placement.angles_rad[0]), np.exp(1j * points), atol=1e-9)
-
-
-def test_each_candidate_is_judged_by_itself():
-    good = np.radians([5 + 36 * light for light in range(10)])
-    bad = good + np.radians(20) * np.sin(good)
-    assert place(np.array([good, bad]), DOCK).fits == [True, False]
-    assert place(np.radians([[0, 36, 72, 74, 144]]), DOCK).fits == [False]  # two points at one light
-    assert place(np.radians([[0, 60, 120, 180, 240, 300]]), UNEVEN).fits == [False]
-
-
-@pytest.mark.parametrize("turn", [0.0, 1.0, 3.0, 5.5])
-def test_uneven_lights_tell_their_numbers_and_the_whole_roll(turn):
-    which = [5, 0, 1, 3]
-    points = np.radians(UNEVEN.angles_deg)[which] + turn + np.array([0.01, -0.01, 0.005, 0.0])
-    placement = place(points[None], UNEVEN)
-    assert placement.fits == [True]
-    assert placement.lights[0].tolist() == which
-    assert placement.rolls_rad[0] % (2 * math.pi) == pytest.approx(turn, abs=0.01)
-    assert placement.period_rad == pytest.approx(2 * math.pi)
 
 
 def anywhere(dock, camera, seed, noise_px=0.0):

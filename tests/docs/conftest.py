@@ -12,6 +12,7 @@ from dockpose.camera.files import save_camera
 from dockpose.camera.image import read
 from dockpose.sidecar import sample_path
 
+from tests.docs.pages import DOCS, blocks
 from tests.support.bags import CAMERA_INFO, START_NS, camera_info, frames, write_mcap
 
 INFO_TOPIC = "/camera/camera_info"
@@ -29,6 +30,8 @@ def tank(tmp_path_factory):
     save_camera(CAMERA, folder / "tank.yaml")
     save_dock(DOCK, folder / "dock.yaml")
     (folder / "vehicle.yaml").write_text("T_body_camera: {position_m: [0.2, 0, 0], pitch_deg: -15}\nframe: frd\n")
+    course = next(one for one in blocks(DOCS / "experiments.md") if one.language == "yaml")
+    (folder / "course.yaml").write_text(course.text)
     (folder / "shots").mkdir()
     with VideoFile(folder / "dive.mp4", 10.0) as video:
         for number in range(3):

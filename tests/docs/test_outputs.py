@@ -3,21 +3,26 @@
 import dataclasses
 import re
 
+import numpy as np
 import pytest
 from dockpose import Dock, Entrance, Mount, Tracker, Vehicle, estimate
 from dockpose.app.commands.compare import to_line
 from dockpose.app.experiment.record import COLUMNS
 from dockpose.app.export.data import CSV_COLUMNS
 from dockpose.app.export.recordings.ros import TOPICS
+from dockpose.app.export.truth.report import Compared
+from dockpose.app.export.truth.results import Results
 from dockpose.app.inputs.pictures import load_sample
 from dockpose.camera.image import read
 from dockpose.estimate import SCHEMA
 from dockpose.sidecar import sample_path
 from dockpose.simulate.files import TRUTH_COLUMNS
 from dockpose.tracking.tracker import NO_TRACK
+from dockpose.truth import compare_trajectory
 
 from tests.docs.conftest import CAMERA, DOCK
 from tests.docs.pages import DOCS, first_columns
+from tests.support.moving import draw
 
 PAGE = DOCS / "outputs.md"
 LIKE_CHOSEN = ("predicted", "filtered")
@@ -101,3 +106,10 @@ def test_columns_of_a_session():
 
 def test_columns_of_the_truth():
     assert set(first_columns(PAGE, "The simulator")) == set(TRUTH_COLUMNS)
+
+
+def test_fields_of_a_comparison():
+    moved = draw(1, duration_s=30.0, gaps=0)
+    results = Results(moved.results, "time_s", (), lambda row: (np.zeros((1, 1), np.uint8), None))
+    report = Compared("film.jsonl", "truth.txt", results, compare_trajectory(moved.results, moved.truth)).report
+    assert set(first_columns(PAGE, "Against a trajectory")) == set(report)

@@ -122,17 +122,20 @@ def summary(rows: Sequence[Row]) -> str:
     return table(head, body)
 
 
-def by_rule(rows: Sequence[Row], rule: str) -> str:
-    """Each method by one rule of exposure: wrong poses, and the share of right ones by range."""
+def by_range(rows: Sequence[Row]) -> str:
+    """Each method with a fixed and with automatic exposure: the share of right poses by range, and wrong ones."""
     body = []
     for name in METHODS:
-        own = [row for row in rows if row.method == name and row.rule == rule]
-        wrong = [row for row in own if row.is_found and not row.is_right]
-        shares = [share_right(own, range_diameters=at) for at in RANGES]
-        counts = str(len(wrong)), str(sum(row.is_sure for row in wrong))
-        body.append([name, *(f"{100 * share.value:.0f}" for share in shares), *counts])
-    ranges = [f"{at:g} diameters" for at in RANGES]
-    return table(["right, %", *ranges, "wrong", "of these sure"], body)
+        columns = []
+        for rule in (FIXED, AUTOMATIC):
+            own = [row for row in rows if row.method == name and row.rule == rule]
+            wrong = [row for row in own if row.is_found and not row.is_right]
+            shares = [100 * share_right(own, range_diameters=at).value for at in RANGES]
+            columns.append(
+                [*(f"{share:.0f}" for share in shares), str(len(wrong)), str(sum(row.is_sure for row in wrong))]
+            )
+        body.append([name, *(", ".join(cells) for cells in zip(*columns, strict=True))])
+    return table(["right, %", *(f"{at:g} diameters" for at in RANGES), "wrong", "of these sure"], body)
 
 
 def of_thresholds(rows: Sequence[tuple[str, str, bool, bool, float]]) -> str:
@@ -212,8 +215,7 @@ def write_ways(rows: Sequence[Row]) -> None:
     """Write the figure, and the tables of all ways."""
     draw_figure(rows)
     count = len(right(rows, method=OF_LIGHTS[0], rule=FIXED))
-    tables = {"fixed": by_rule(rows, FIXED), "automatic": by_rule(rows, AUTOMATIC)}
-    write({"ways": f"{count} poses.\n\n{summary(rows)}", **tables})
+    write({"ways": f"{count} poses.\n\n{summary(rows)}", "ranges": by_range(rows)})
 
 
 def write(parts: dict[str, str]) -> None:

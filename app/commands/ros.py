@@ -121,6 +121,7 @@ def run(arguments: argparse.Namespace) -> int:
         "lights": 0 if dock is None or dock.lights is None else dock.lights,
         "method": arguments.method,
         "image_topic": arguments.topic,
+        "on_demand": arguments.on_demand,
     }
     if dock is not None:
         logic_of(defaults, say)  # what is wrong is reported here rather than in a log
@@ -157,6 +158,13 @@ def make_node(defaults: dict[str, Any]) -> Any:
             self._logic: NodeLogic | None = None
             self._outputs: dict[str, Any] = {}
             self._inputs: list[Any] = []
+            self._is_active, self._is_on = False, not self.get_parameter("on_demand").value
+            try:
+                services = importlib.import_module("std_srvs.srv")
+                self.create_service(services.Trigger, "~/detect", lambda _, to: self._switch(True, to))
+                self.create_service(services.SetBool, "~/enable", lambda asked, to: self._switch(asked.data, to))
+            except ImportError:
+                self.get_logger().warning("~/detect and ~/enable are not offered, for lack of the package std_srvs")
 
         def on_configure(self, state: Any) -> Any:
             """Read the parameters, and offer the topics; a wrong parameter leaves the node as it was."""
@@ -176,8 +184,35 @@ def make_node(defaults: dict[str, Any]) -> Any:
             return done.SUCCESS
 
         def on_activate(self, state: Any) -> Any:
-            """Listen to the camera."""
-            assert self._logic is not None
+            """Listen to the camera, unless that is switched off."""
+            self._is_active = True
+            self._listen(self._is_on)
+            return super().on_activate(state)
+
+        def on_deactivate(self, state: Any) -> Any:
+            """Stop listening, and forget the track."""
+            self._is_active = False
+            self._listen(False)
+            return super().on_deactivate(state)
+
+        def _switch(self, is_on: bool, answer: Any) -> Any:
+            """Answer one who wants pictures to be searched, or none."""
+            self._is_on, answer.success = is_on, self._is_active
+            self._listen(is_on and self._is_active)
+            waits = "" if self._is_active else "the node is not active; once it is, it "
+            answer.message = f"{waits}searches {'pictures' if is_on else 'none'}"
+            return answer
+
+        def _listen(self, is_on: bool) -> None:
+            """Subscribe to the camera, or to nothing, so that what is published elsewhere is not even received."""
+            if self._logic is None or is_on == bool(self._inputs):
+                return
+            self._logic.restart()
+            for subscription in self._inputs:
+                self.destroy_subscription(subscription)
+            self._inputs.clear()
+            if not is_on:
+                return
             kind = "CompressedImage" if self._logic.is_compressed else "Image"
             best_effort = qos.qos_profile_sensor_data
             for name, topic, take in (
@@ -186,16 +221,6 @@ def make_node(defaults: dict[str, Any]) -> Any:
             ):
                 of_kind = message_class(f"sensor_msgs/msg/{name}")
                 self._inputs.append(self.create_subscription(of_kind, topic, take, best_effort))
-            return super().on_activate(state)
-
-        def on_deactivate(self, state: Any) -> Any:
-            """Stop listening, and forget the track."""
-            for subscription in self._inputs:
-                self.destroy_subscription(subscription)
-            self._inputs.clear()
-            if self._logic is not None:
-                self._logic.restart()
-            return super().on_deactivate(state)
 
         def on_cleanup(self, state: Any) -> Any:
             """Take the topics back."""

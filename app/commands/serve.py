@@ -35,9 +35,8 @@ def of_environment(environment: Mapping[str, str]) -> list[str]:
     tables, words = read_toml("options.toml"), []
     about = {name: how for table in tables["commands"]["serve"]["options"] for name, how in tables[table].items()}
     named = {_VARIABLE + name.lstrip("-").replace("-", "_").upper(): (name, how) for name, how in about.items()}
-    for variable, value in environment.items():
-        if not variable.startswith(_VARIABLE) or not value:
-            continue
+    given = {variable: value for variable, value in environment.items() if variable.startswith(_VARIABLE) and value}
+    for variable, value in given.items():
         if variable not in named:
             raise UserError(f"{variable}: there is no such setting; there are {', '.join(sorted(named))}")
         name, how = named[variable]

@@ -77,10 +77,7 @@ class Autopilot:
         self._held, self._stop = threading.Lock(), threading.Event()
         self.is_on = is_on
         self.sent, self.refused, self._resets = 0, 0, 0  # frames, and what is new about the poses
-        self.made_for, self._least_s = (
-            made_for,
-            math.inf,
-        )  # by "auto" until a heartbeat says more; least delay of a frame
+        self.made_for, self._least_s = made_for, math.inf  # the latter: least delay of a frame
         self._attitudes: deque[tuple[float, float, float]] = deque(maxlen=64)  # when, roll and pitch of the vehicle
         self._way: tuple[str, bool] | None = None  # for whom, and whether level, the last message was made
         self.words = "nothing yet"  # what came of the last frame
@@ -110,8 +107,7 @@ class Autopilot:
                 self._mavlink.send(message)
         self.sent += bool(messages)
         self._least_s = min(self._least_s, time.monotonic() - frame.monotonic_s)
-        if self.sent == _TELL_AT:
-            self._tell_delay()
+        self._tell_delay(self.sent == _TELL_AT)
         x, y, z = (relative.vehicle_in_dock(found.selected, self.vehicle) if level is None else level[0]).position_m
         kinds = MESSAGES | ({"estimate": "ODOMETRY"} if self.made_for == "px4" else {})
         lacks = " without angles, for no ATTITUDE comes" if self.made_for in _NAMES and level is None else ""
@@ -124,12 +120,11 @@ class Autopilot:
         self._thread.join()
         self._link.close()
         self._tell(f"{self.address}: {self.sent} frames sent, {self.refused} not")
-        if 0 < self.sent < _TELL_AT:
-            self._tell_delay()
+        self._tell_delay(0 < self.sent < _TELL_AT)
 
-    def _tell_delay(self) -> None:
+    def _tell_delay(self, is_due: bool) -> None:
         """Say our least delay to ArduPilot's operator; what is more than the least, ArduPilot takes off by itself."""
-        if self.made_for == "ardupilot":
+        if is_due and self.made_for == "ardupilot":
             least = f"{1000 * self._least_s:.0f} ms or more after its picture came"
             self._tell(f"{self.address}: a message leaves {least}; VISO_DELAY_MS is that and the camera's own delay")
 
@@ -142,13 +137,10 @@ class Autopilot:
 
     def _level(self, pose: CirclePose, seen_s: float) -> tuple[Placed, np.ndarray] | None:
         """The pose and its covariance by the vehicle's own roll and pitch at that time; None without them."""
-        if self.made_for not in _NAMES:
-            return None
         with self._held:
             near = min(self._attitudes, key=lambda one: abs(one[0] - seen_s), default=(-math.inf, 0.0, 0.0))
-        if abs(near[0] - seen_s) > _ATTITUDE_S:
-            return None
-        return relative.level_in_dock(pose, self.vehicle, *near[1:])
+        is_known = self.made_for in _NAMES and abs(near[0] - seen_s) <= _ATTITUDE_S
+        return relative.level_in_dock(pose, self.vehicle, *near[1:]) if is_known else None
 
     def _messages(
         self, found: Estimate, probability: float | None, time_s: float, level: tuple[Placed, np.ndarray] | None
@@ -159,10 +151,8 @@ class Autopilot:
         if self._way not in (None, way):  # other axes
             self._resets, self._before = (self._resets + 1) % 256, None
         self._way, time_us, sure = way, round(1e6 * time_s), 100 * (found.detection or 0.0) * (probability or 0.0)
-        here, spread = level or (
-            relative.vehicle_in_dock(pose, self.vehicle),
-            relative.vehicle_covariance(pose, self.vehicle),
-        )
+        seen = pose, self.vehicle
+        here, spread = level or (relative.vehicle_in_dock(*seen), relative.vehicle_covariance(*seen))
         if "estimate" in self.kinds:
             is_turned = level is not None or self.made_for not in _NAMES
             messages.append(self._estimate(here, spread[_UPPER].tolist(), time_us, sure, is_turned))

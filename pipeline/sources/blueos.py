@@ -24,12 +24,11 @@ def stream_of(address: str, timeout_s: float) -> str:
         raise SourceError(f"{address}: write it as blueos://192.168.2.2, or with a port and a stream's name") from error
     told = []
     for called, endpoint in _endpoints(address, host, port, timeout_s):
-        if name not in ("", called):
-            told.append(f"there is {printable(called[:80])!r}")
-        elif (there := _reachable(endpoint, host)) is not None:
+        is_wanted = name in ("", called)
+        if is_wanted and (there := _reachable(endpoint, host)) is not None:
             return there
-        else:
-            told.append(f"{without_secrets(printable(endpoint[:200]))} does not come here")
+        shown = f"{without_secrets(printable(endpoint[:200]))} does not come here"
+        told.append(shown if is_wanted else f"there is {printable(called[:80])!r}")
     why = "; ".join(told[:4]) or "no stream is running"
     raise SourceError(
         f"{address}: {why}. Give a stream of the vehicle's video page an RTSP endpoint, or a UDP one to here"
@@ -70,12 +69,7 @@ def _reachable(endpoint: str, manager: str) -> str | None:
         return parts._replace(scheme="rtsp", netloc=f"{there}:{port or 554}").geturl() if is_here else endpoint
     if parts.scheme not in ("udp", "udp265", "rtp") or port is None or (is_here and manager not in _HERE):
         return None
-    return f"rtp://:{port}" if is_here or _is_ours(host) else None
-
-
-def _is_ours(host: str) -> bool:
-    """Whether an address is one of this machine's."""
     with contextlib.suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as attempt:
-        attempt.bind((host, 0))
-        return True
-    return False
+        attempt.bind(("127.0.0.1" if is_here else host, 0))  # which only an address of this machine can
+        return f"rtp://:{port}"
+    return None

@@ -19,7 +19,7 @@ NOT_RUN = {
     r"docker ": "needs Docker; tests/test_docker.py and tests/bench/bench_docker.py take its steps without it",
     r"make ": "makes environments, or takes minutes; the target is there",
     r"dockpose( serve .*| --.*)?$": "serves until it is stopped; tests/app/commands/test_serve.py does",
-    r"dockpose ros ": "needs a running ROS; tests/app/commands/test_ros.py has modules that stand for it",
+    r"(dockpose ros|ros2) ": "needs a running ROS; tests/app/commands/test_ros.py has modules that stand for it",
     r"dockpose estimate (rts?p:|0 )": "needs a camera or a stream; tests/pipeline/sources has them over the loopback",
     r".* --jobs 4": "starts processes, which takes ten seconds; tests/app/processing/test_parallel.py does",
     r"dockpose simulate --out approach": "renders a hundred pictures, half a minute",

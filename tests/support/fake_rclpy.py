@@ -60,7 +60,7 @@ class Node:
 
     def __init__(self, name: str) -> None:
         self.name, self.parameters, self.said = name, {}, []
-        self.publishers_, self.subscriptions_ = {}, {}
+        self.publishers_, self.subscriptions_, self.services_ = {}, {}, {}
         self.state, self.published = "unconfigured", []
         Node.nodes.append(self)
 
@@ -93,6 +93,14 @@ class Node:
     def create_subscription(self, kind: type, topic: str, take: Any, qos: Any) -> Any:
         subscription = self.subscriptions_[topic] = SimpleNamespace(kind=kind, take=take, qos=qos)
         return subscription
+
+    def create_service(self, kind: Any, name: str, answer: Any) -> None:
+        self.services_[name] = kind, answer
+
+    def call(self, name: str, **fields: Any) -> Any:
+        """The answer of a service."""
+        _, answer = self.services_[name]
+        return answer(SimpleNamespace(**fields), SimpleNamespace(success=None, message=None))
 
     def destroy_subscription(self, subscription: Any) -> None:
         self.subscriptions_ = {topic: one for topic, one in self.subscriptions_.items() if one is not subscription}
@@ -141,6 +149,7 @@ def install(monkeypatch: Any, spin: Any = lambda node: None) -> list[Any]:
     reliability = SimpleNamespace(RELIABLE="reliable", BEST_EFFORT="best effort")
     best_effort = SimpleNamespace(reliability="best effort", depth=5)
     module("rclpy.qos", QoSProfile=SimpleNamespace, ReliabilityPolicy=reliability, qos_profile_sensor_data=best_effort)
+    module("std_srvs", srv=module("std_srvs.srv", Trigger="std_srvs/srv/Trigger", SetBool="std_srvs/srv/SetBool"))
     for package in PACKAGES:
         kinds = [kind for kind in STORE.fielddefs if kind.startswith(f"{package}/msg/")]
         made = module(f"{package}.msg", **{kind.rpartition("/")[2]: message_type(kind) for kind in kinds})

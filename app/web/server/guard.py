@@ -19,7 +19,8 @@ from websockets import Headers
 from websockets.http11 import Request, Response
 
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "::1")
-_UNFRAMED, _NO_FORMS = "frame-ancestors 'none'", "form-action 'none'"
+_NONE = "'none'"
+_UNFRAMED, _NO_FORMS = f"frame-ancestors {_NONE}", f"form-action {_NONE}"
 _LONGEST_PATH = 255  # no page of ours has a longer one, and most file systems know none
 # viser's page unpacks its script and style itself, so both are inline, and its decoder is WebAssembly; pictures and
 # fonts come as data: and blob:. Nothing is loaded from or sent to another host; handlers in HTML do not run.
@@ -49,11 +50,9 @@ class Guard:
     ) -> None:
         self.token = token or secrets.token_urlsafe(18)
         framing = " ".join(frames)  # who may show the page in a frame
-        self.is_framed, self.headers = bool(framing), _HEADERS | {"Content-Security-Policy": CONTENT_POLICY}
-        if framing:
-            self.headers["Content-Security-Policy"] = CONTENT_POLICY.replace(_UNFRAMED, f"frame-ancestors {framing}")
-        else:
-            self.headers["X-Frame-Options"] = "DENY"
+        policy = CONTENT_POLICY.replace(_UNFRAMED, f"frame-ancestors {framing or _NONE}")
+        self.is_framed, self.headers = bool(framing), _HEADERS | {"Content-Security-Policy": policy}
+        self.headers |= {} if framing else {"X-Frame-Options": "DENY"}
         # A name, or the whole address of a page, which may then ask though a proxy passes on another Host.
         more = [name.lower().rstrip("/") for name in more_names]
         self._origins = {name for name in more if "://" in name}
@@ -90,10 +89,9 @@ class Guard:
 
     def stranger_page(self, headers: Headers, path: str) -> Page | None:
         """What one without the token is shown where the page may be framed: who it is, and a form for the token."""
-        name = path.partition("?")[0]
-        if not self.is_framed or is_upgrade(headers) or self._refusal_of_sender(headers):
-            return None
-        return WITHOUT_TOKEN.get(name) if not self._shows_token(headers, path) else None
+        is_asked = self.is_framed and not is_upgrade(headers) and self._refusal_of_sender(headers) is None
+        is_stranger = is_asked and not self._shows_token(headers, path)
+        return WITHOUT_TOKEN.get(path.partition("?")[0]) if is_stranger else None
 
     def cookie(self, headers: Headers) -> str:
         """The cookie that identifies a browser from then on."""

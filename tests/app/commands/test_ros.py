@@ -128,6 +128,7 @@ DEFAULTS = {
     "lights": 10,
     "method": "hats",
     "image_topic": "/camera/image_raw",
+    "on_demand": False,
 }
 
 
@@ -162,6 +163,51 @@ def test_its_life(node):
     node.trigger_cleanup()
     assert node.publishers_ == {}
     assert node.trigger_configure() is Return.SUCCESS
+
+
+def test_switched_off_it_listens_to_nothing_and_on_demand_it_begins_so(monkeypatch):
+    fake_rclpy.install(monkeypatch)
+    node = make_node(DEFAULTS | {"on_demand": True})
+    assert {name: kind for name, (kind, _) in node.services_.items()} == {
+        "~/detect": "std_srvs/srv/Trigger",
+        "~/enable": "std_srvs/srv/SetBool",
+    }
+    node.trigger_configure()
+    early = node.call("~/detect")
+    assert early.success is False
+    assert "not active" in early.message
+    assert node.call("~/enable", data=False).success is False
+    node.trigger_activate()
+    assert node.subscriptions_ == {}
+    for switch in ({"name": "~/detect"}, {"name": "~/enable", "data": True}):
+        node.published.clear()
+        asked = node.call(**switch)
+        assert (asked.success, asked.message) == (True, "searches pictures")
+        assert node.call(**switch).success is True  # once more changes nothing
+        assert set(node.subscriptions_) == {"/camera/image_raw", "/camera/camera_info"}
+        show(node)
+        show(node)
+        assert {topic for topic, _ in node.published} == PLAIN
+        ages = [values_of(message)["track_age"] for topic, message in node.published if topic == "/diagnostics"]
+        assert ages == ["1", "2"]
+        off = node.call("~/enable", data=False)
+        assert (off.success, off.message) == (True, "searches none")
+        assert node.subscriptions_ == {}
+    node.trigger_deactivate()
+    assert node.call("~/detect").success is False
+    node.trigger_activate()  # as it was asked for meanwhile
+    assert len(node.subscriptions_) == 2
+
+
+def test_without_the_package_of_services_it_says_so_and_runs(monkeypatch):
+    fake_rclpy.install(monkeypatch)
+    monkeypatch.setitem(sys.modules, "std_srvs.srv", None)
+    node = make_node(DEFAULTS)
+    assert "for lack of the package std_srvs" in node.said[0]
+    node.trigger_configure()
+    node.trigger_activate()
+    show(node)
+    assert {topic for topic, _ in node.published} == PLAIN
 
 
 def values_of(message):

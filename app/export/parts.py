@@ -192,6 +192,7 @@ class Part:
     differs: str  # where and why they differ
     plots: Sequence[Plot] = ()
     tables: Sequence[NumberTable] = ()
+    short: str = ""  # all of these in the report's short form
 
     @classmethod
     def of(
@@ -206,11 +207,11 @@ class Part:
     ) -> "Part":
         """A part with the words of its key, or of what it is ``like``; files are named after ``files`` or the key."""
         like, files = like or key, key if files is None else files
-        title, paper, ours, differs = (words(like, name, **numbers) for name in ("title", "paper", "ours", "differs"))
+        texts = {name: words(like, name, **numbers) for name in ("title", "paper", "ours", "differs", "short")}
         names = {name: files if name == "main" else f"{files}_{name}".lstrip("_") for name in (*plots, *tables)}
         drawn = [Plot.of(names[name], words(like, "plots", name, **numbers), one) for name, one in plots.items()]
         listed = [NumberTable.of(like, name, names[name], rows, **numbers) for name, rows in tables.items()]
-        return cls(key, title, paper, ours, differs, drawn, listed)
+        return cls(key, **texts, plots=drawn, tables=listed)
 
     def write(self, folder: Path) -> None:
         """Write each plot as PNG and SVG, and each table as CSV."""
@@ -239,8 +240,7 @@ def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Call
         out.mkdir(parents=True, exist_ok=True)
     parts: dict[str, Part] = {}
     with workers(jobs, None) as (executor, _):
-        begun = sorted(wanted, key=lambda key: key not in _SLOW)
-        waiting = {executor.submit(make_part, key, seed): key for key in begun}
+        waiting = {executor.submit(make_part, key, seed): key for key in sorted(wanted, key=lambda k: k not in _SLOW)}
         for future in as_completed(waiting):
             key = waiting[future]
             parts[key] = future.result()

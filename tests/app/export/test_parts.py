@@ -29,11 +29,13 @@ def test_a_table_in_markdown_shows_its_cells_to_the_letter():
     assert "| a\\|b | x\\_px |\n| --- | --- |\n| 1 \\< 2 | 0.5 |\n" in text
 
 
-def test_the_short_form_has_the_tables_that_are_for_it_and_of_the_differences_the_first_sentence():
+def test_the_short_form_has_its_own_words_and_the_tables_that_are_for_it():
     words = ("kept", "left")
     tables = [NumberTable(name, f"Rows of {name}.", ["x"], [[1]], is_on_page=name == "kept") for name in words]
-    part = Part("main", "", "", "", "By 1.5 m. And more.", tables=tables)
+    part = Part("main", "", "", "", "By 1.5 m.", tables=tables, short="In short.")
     whole, short = (page("reproduction.md", seed=1, versions={}, parts=[part], is_whole=one) for one in (True, False))
-    assert [text in whole for text in ("Rows of kept.", "Rows of left.", "By 1.5 m. And more.")] == [True] * 3
+    assert [text in whole for text in ("Rows of kept.", "Rows of left.", "By 1.5 m.", "In short.")] == [True] * 3 + [
+        False
+    ]
     assert ("Rows of kept." in short, "Rows of left." in short) == (True, False)
-    assert "**Differences.** By 1.5 m.\n" in short
+    assert ("By 1.5 m." in short, "In short." in short) == (False, True)

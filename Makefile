@@ -95,7 +95,7 @@ bench-readme: $(VENV)/.test
 BENCHES := $(foreach part,built seen follow choice chosen coverage total centres hand,tests/bench/bench_$(part).py)
 BENCHES += tests/bench/bench_no_dock.py::test_of_an_unknown_number_nothing_is_surely_a_dock_where_there_is_none
 benches: $(VENV)/.test
-	$(BIN)/python -m pytest $(BENCHES) -s -o python_files='bench_*.py' -o faulthandler_timeout=0 -k "not costs_a_share and not kept_up"
+	$(BIN)/python -m pytest $(BENCHES) -s -o python_files='bench_*.py' -o faulthandler_timeout=0
 
 # Other ways of finding a dock, and other thresholds, on the same pictures, into docs/peers.md: five minutes on two cores.
 peers: $(VENV)/.extra

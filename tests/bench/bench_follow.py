@@ -2,26 +2,22 @@
 
 # pyright: reportOptionalMemberAccess=false, reportOptionalSubscript=false, reportPossiblyUnboundVariable=false
 
-import contextlib
 import math
 import re
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import cv2
 import msgspec
 import numpy as np
 import pytest
-from dockpose import Camera, Dock, Settings, Tracker, estimate
+from dockpose import Camera, Dock, Settings, estimate
 from dockpose.app.processing.following import Following
 from dockpose.simulate import Lights, Pose, Scene, Sensor, render
 from dockpose.simulate.parts import Background, Lamp, Mirror, Occluder
 from dockpose.simulate.scene import Truth
-from dockpose.sources import Frame, Live
-from dockpose.sources.capture import Capture
+from dockpose.sources import Frame
 from dockpose.study.judge import RIGHT_SHARE, is_right
 
 from tests.support.judged import SURE
@@ -251,76 +247,3 @@ def test_no_frame_says_found_with_another_range_than_it_shows() -> None:
                 says += abs(float(told[1]) / 100 / truth.position_m[2] - 1) >= RIGHT_SHARE
     print(f"\n{films} films with cuts, stops and wrong rates: {says} frames say Dock found and are 5 % off (asked: 0)")
     assert says == 0
-
-
-# Width, height, and a followed frame's time over that of looking for tags: asked, and what is reached and asserted.
-SIZES = {"640 x 480": (640, 480, 0.5, 2.5), "1080p": (1920, 1080, 0.25, 0.5), "4K": (3840, 2160, 0.15, 0.2)}
-
-
-@pytest.mark.parametrize("name", SIZES)
-def test_a_followed_frame_costs_a_share_of_what_looking_for_tags_does(name: str) -> None:
-    cv2.setNumThreads(1)
-    width, height, share, reached = SIZES[name]
-    camera = Camera(fx=1.1 * width, fy=1.1 * width, cx=width / 2 - 0.5, cy=height / 2 - 0.5, width=width, height=height)
-    scene = partial(Scene, camera=camera, dock=DOCK, lights=Lights(level=500.0), background=Background(level=20.0))
-    images = [
-        render(scene(pose=Pose(position_m=(0.0, 0.0, 1.5 - 0.004 * k), theta_y_deg=15.0), seed=k))[0] for k in range(16)
-    ]
-    tracker, detector = Tracker(camera, DOCK), cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(0))
-    ours_ms, tags_ms = [], []
-    for number, image in enumerate(images):
-        start = time.perf_counter()
-        tracked = tracker.see(image, number / 30)
-        middle = time.perf_counter()
-        detector.detectMarkers(image)
-        tags_ms.append(1e3 * (time.perf_counter() - middle))
-        if tracked.estimate.found_by == "following":
-            ours_ms.append(1e3 * (middle - start))
-    ratio = float(np.median(ours_ms) / np.median(tags_ms))
-    print(f"\n{name}: {np.median(ours_ms):.2f} ms a followed frame, {ratio:.2f} of looking for tags (asked: {share})")
-    assert len(ours_ms) == len(images) - 1
-    assert ratio <= reached
-
-
-class Paced(Capture):
-    """A camera whose pictures (H, W) come at an even rate, the same over and over."""
-
-    def __init__(self, pictures: list[np.ndarray], rate_hz: float) -> None:
-        super().__init__()
-        self.pictures, self.rate_hz, self.sent_s = pictures, rate_hz, list[float]()
-
-    def grab(self) -> bool:
-        due_s = time.monotonic() if not self.sent_s else self.sent_s[-1] + 1 / self.rate_hz
-        time.sleep(max(0.0, due_s - time.monotonic()))
-        self.sent_s.append(due_s)
-        return True
-
-    def retrieve(self) -> np.ndarray:
-        return self.pictures[(len(self.sent_s) - 1) % len(self.pictures)]
-
-    def release(self) -> None:
-        pass
-
-
-def test_a_live_source_of_1080p_is_kept_up_with() -> None:
-    """Ten seconds, after the first search; searched once a second beside following."""
-    camera = Camera(fx=2100, fy=2100, cx=959.5, cy=539.5, width=1920, height=1080)
-    scene = partial(Scene, camera=camera, dock=DOCK, lights=Lights(level=500.0), background=Background(level=20.0))
-    there_and_back = [*range(8), *range(8, 0, -1)]
-    poses = [Pose(position_m=(0.004 * k, 0.0, 1.5), theta_y_deg=15.0) for k in there_and_back]
-    pictures = [render(scene(pose=pose, seed=seed))[0] for seed, pose in enumerate(poses)]
-    following = Following(camera, DOCK, Settings(), print, is_live=True)
-    paced, ages_ms, dropped_before = Paced(pictures, 30.0), [], 0
-    with contextlib.closing(Live("camera 0", lambda: paced)) as frames:
-        for frame in frames:
-            assert following.see(frame).estimate.status == "ok"
-            ages_ms.append(1e3 * (time.monotonic() - paced.sent_s[-1]))
-            if len(ages_ms) == 10:
-                dropped_before = frames.dropped
-            if len(ages_ms) == 310:
-                break
-        dropped = frames.dropped - dropped_before
-    slow_ms = float(np.quantile(ages_ms[10:], 0.95))
-    print(f"\n1080p, 30 Hz: {dropped} of 300 dropped (asked: 3), results {slow_ms:.0f} ms old in 95 % (asked: 60)")
-    assert dropped <= 3
-    assert slow_ms <= 60

@@ -6,7 +6,6 @@ import zipfile
 
 import msgspec
 import pytest
-from dockpose.app.errors import UserError
 from dockpose.app.experiment import Session, session
 from dockpose.app.experiment.record import COLUMNS, csv_text
 from dockpose.app.web.panels.experiment import ALL, NEXT_FRAME, NO_SESSION, WHAT, ExperimentPanel
@@ -257,14 +256,3 @@ def test_what_is_typed_fast_stays_when_another_tab_is_opened(tab, root):
     (row,) = rows_on_disk(root / "elsewhere")
     assert (float(row["measured_z_cm"]), float(row["measured_theta_x_deg"])) == (311.4, 5)
     tab.tab("Log")
-
-
-def test_boxes_of_another_row_are_refused(tab, root):
-    start(tab, "rows")
-    press_t(tab)
-    tab.until(lambda: "Frame 1 is on disk" in words(tab))
-    panel = panel_of(tab)
-    client = next(iter(tab.app.server.get_clients().values()))
-    with pytest.raises(UserError, match="those of row 1 in this browser, and of the next frame in the program"):
-        panel._take(client, {"target": "row 1", "measured_z_cm": "99"})
-    assert len(rows_on_disk(root / "rows")) == 1

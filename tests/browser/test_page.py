@@ -11,12 +11,6 @@ def true_z_cm(name):
     return 100 * truth.position_m[2]
 
 
-def test_opens_with_a_result(page):
-    assert "Dock found in plain" in page.status
-    assert page.row_names() == ["● A, chosen", "○ B", "Truth"]
-    assert page.z_cm == pytest.approx(true_z_cm("plain"), abs=0.3)
-
-
 def test_arrow_key_changes_z_by_one_step(page):
     page.slider("Diameter (cm)").focus()
     for step in range(1, 6):

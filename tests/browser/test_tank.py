@@ -5,7 +5,6 @@ from dataclasses import replace
 import pytest
 from dockpose import Camera
 from dockpose.app.state.camera import camera_file
-from dockpose.app.state.changes import with_mask
 from dockpose.app.state.tank import Tank, Tanks
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
@@ -141,18 +140,6 @@ def test_notes_on_an_assumed_camera_and_dock_go_once_they_are_given_and_trust_ha
     page.until(lambda: page.trust == "green" and "assumed" not in page.status and "assumed" not in line(page))
     assert "±" in page.page.locator("#place").inner_text()
     assert "Dock found in own.png" in page.status
-
-
-def test_level_and_mask_are_chips_on_the_next_picture_that_one_click_removes(page):
-    page.box("Level (0-255)").fill("100")
-    button(page, "Fixed level 100").wait_for()  # by then the controls of a fixed level stand where they stay
-    page.app.change(lambda view: with_mask(view, 0, 0, 100, 40), reload=True)
-    page.choose("Sample scene", "tilted")
-    for words in ("Fixed level 100", "Mask 1: 100 × 40 px at (0, 0)"):
-        button(page, words).click()
-        button(page, words).wait_for(state="hidden")
-    assert (page.app.view.settings.method, page.app.view.settings.masks) == ("hats", ())
-    page.until(lambda: page.box("Threshold by").input_value() == "HATS (adaptive)")
 
 
 def test_box_never_keeps_a_number_that_was_not_taken(page):

@@ -212,8 +212,11 @@ def test_forgotten_uploads_are_nowhere_any_more(tmp_path):
         assert app.wait_until_idle(60)
         assert (tmp_path / "last-picture.png").exists()
         shown = weakref.ref(app.view.image)
-        source._forget_uploads(Mock())
+        frees, client = f"{app.kept.kept_bytes / 2**20:.1f} MB", Mock()
+        assert source._forget.label == f"Forget uploads ({frees})"
+        source._forget_uploads(client)
         assert app.wait_until_idle(60)
+        assert f"which frees {frees} of memory" in client.add_notification.call_args.args[1]
         assert app.kept.kept_bytes == 0
         assert not source._forget.visible
         gc.collect()

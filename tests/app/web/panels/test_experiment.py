@@ -10,6 +10,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from dockpose.app.errors import UserError
 from dockpose.app.experiment import Session
 from dockpose.app.experiment import session as session_module
 from dockpose.app.inputs.received import read_sent
@@ -165,6 +166,9 @@ def test_what_is_typed_goes_to_the_row_it_was_typed_for(panel):
     assert page._fields.texts == BLANK | {"measured_z_cm": "109"}
     page._show_row(None)
     assert page._fields.texts == BLANK | {"measured_z_cm": "99"}
+    with pytest.raises(UserError, match="those of row 1 in this browser, and of the next frame in the program"):
+        page._take(panel.client, {"target": "row 1", "measured_z_cm": "99"})
+    assert len(page._rows()) == 1
     page._heard.append(2)
     typed("the next frame", measured_z_cm="5")  # a frame was taken with it
     assert page._fields.texts["measured_z_cm"] == "99"

@@ -7,7 +7,7 @@ import numpy as np
 from dockpose.pose.circle import angles_of, rotation_from_angles
 from dockpose.pose.known import AGREES_RAD
 from dockpose.truth.curve import Curve
-from dockpose.truth.fit import Fit, fit
+from dockpose.truth.fit import Fit, fit, refined
 from dockpose.truth.model import DRIFT, LEVER, NORMAL, OFFSET, PLACE, SCALE, TURN, Frames
 from dockpose.truth.report import Judged, trajectory_errors
 from dockpose.truth.sight import camera_poses, views_of
@@ -149,8 +149,8 @@ def compare_trajectory(
     known = np.isfinite(results.positions_m).all(axis=1)
     if (known & is_fitted).sum() < _FEWEST:
         raise ValueError(f"the results have {known.sum()} frames with a dock; {2 * _FEWEST} are needed")
-    half = fit(frames.some(np.flatnonzero(known & is_fitted)), curve, given)
     best = fit(frames.some(np.flatnonzero(known)), curve, given)
+    half = refined(frames.some(np.flatnonzero(known & is_fitted)), best.setup, best.free)
     _check_match(truth, frames, half)
     scaled, plain = frames.against(half.setup), frames.against(replace(half.setup, log_scale=0.0))
     there = scaled.is_measured[:, None]

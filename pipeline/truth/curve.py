@@ -34,6 +34,7 @@ class Curve:
         assert truth.quaternions_xyzw is not None
         self._start_s, times = truth.times_s[0], truth.times_s - truth.times_s[0]
         self.times_s = truth.times_s
+        self.middle_m = truth.positions_m.mean(axis=0)
         steps = np.diff(times)
         self._gaps = np.flatnonzero(steps > max(_GAP * float(np.median(steps)), _GAP_S))
         turns = truth.quaternions_xyzw / np.linalg.norm(truth.quaternions_xyzw, axis=1)[:, None]

@@ -15,6 +15,8 @@ _MEDIAN = 4.35  # of the squared length of five standard normal numbers
 _OUT = 40.0  # squared length from which a frame does not count, where the covariances are as they say
 _SHARED = 0.02  # share of a direction that is not told, by which a number is not told either
 _PLACES = {"offset_s": OFFSET, "mount": TURN, "lever_m": LEVER, "dock_m": PLACE, "normal": NORMAL}
+_UNKNOWN = 1e4  # squared length that a frame counts in which there is no truth
+_TOGETHER = 10.0  # widths of the trajectory's smoothing over which errors may go together
 _ROUNDS, _AT_MOST = 30, 12_000
 
 
@@ -25,6 +27,7 @@ class Fit:
     setup: Setup
     covariance: np.ndarray  # (14, 14): of steps of the setup
     told: np.ndarray  # (14,) bool: what the motion tells, or was held
+    free: np.ndarray  # (14,): 0 for what was held
     spread: float  # by which squared lengths exceed what the covariances say, 1 or more
 
 
@@ -34,9 +37,8 @@ def fit(frames: Frames, curve: Curve, given: dict[str, Any]) -> Fit:
     for name in given:
         free[_PLACES[name]] = 0.0
     thin = frames.some(np.arange(0, len(frames.times_s), 1 + len(frames.times_s) // 400))
-    tried = [replace(one, **given) for one in starts(frames, curve, given.get("offset_s"), given.get("mount"))]
-    near = sorted(tried, key=lambda one: _cost(thin.against(one), 1.0))[:4]
-    best = min((refined(thin, one, free, 10) for one in near), key=lambda one: _cost(thin.against(one.setup), 1.0))
+    tried = [replace(one, **given) for one in starts(frames, curve, given.get("offset_s"))]
+    best = min((refined(thin, one, free, 10) for one in tried), key=lambda one: _cost(thin.against(one.setup), 1.0))
     rows = np.arange(0, len(frames.times_s), 1 + len(frames.times_s) // _AT_MOST)
     return refined(frames.some(rows), best.setup, free)
 
@@ -63,7 +65,8 @@ def refined(frames: Frames, setup: Setup, free: np.ndarray, rounds: int = _ROUND
         setup, compared = setup.moved(share * step), moved
         if np.abs(share * step / _OPEN).max() < 1e-4:
             break
-    return _judged(compared, setup, free)
+    reach = int(_TOGETHER * frames.curve.width_s / np.median(np.diff(frames.times_s)))
+    return _judged(compared, setup, free, reach)
 
 
 def _best(compared: Compared) -> tuple[np.ndarray, np.ndarray]:
@@ -73,8 +76,9 @@ def _best(compared: Compared) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _cost(compared: Compared, spread: float) -> float:
-    rows, best = _best(compared)
-    return float(np.log1p(compared.squares[rows, best] / (5 * spread)).mean()) if len(rows) > 0 else np.inf
+    """Mean of logarithms of squared lengths; frames that the trajectory does not cover count as far off."""
+    squares = np.nan_to_num(compared.squares.min(axis=1), nan=_UNKNOWN * spread)
+    return float(np.log1p(squares / (5 * spread)).mean())
 
 
 def _weighed(compared: Compared) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
@@ -93,7 +97,7 @@ def _directions(weights: np.ndarray, slopes: np.ndarray, free: np.ndarray) -> tu
     return np.linalg.eigh(np.einsum("nia,nib,n->ab", scaled, scaled, weights, optimize=True))
 
 
-def _judged(compared: Compared, setup: Setup, free: np.ndarray) -> Fit:
+def _judged(compared: Compared, setup: Setup, free: np.ndarray, reach: int) -> Fit:
     """What is told, and covariances that hold for errors that go on from frame to frame (Newey and West 1987)."""
     weights, slopes, off, spread = _weighed(compared)
     values, vectors = _directions(weights, slopes, free)
@@ -104,21 +108,23 @@ def _judged(compared: Compared, setup: Setup, free: np.ndarray) -> Fit:
     # How the weights change with what they weigh takes part of the curvature away.
     bend = (weights - 4 / 5 * lengths / (_OUT * spread) * np.sqrt(weights)).sum() / weights.sum()
     less = by / (bend * values[clear])
-    covariance = less @ _long_run(scores) @ less.T * len(scores) / max(1, len(scores) - clear.sum())
+    covariance = less @ _long_run(scores, reach) @ less.T
     hidden = (vectors[:, ~clear & (values > -1)] ** 2).sum(axis=1) * free
     told = (hidden < _SHARED) & (np.sqrt(np.diag(covariance)) < _OPEN)
-    return Fit(setup, covariance, told, spread)
+    return Fit(setup, covariance, told, free, spread)
 
 
-def _long_run(scores: np.ndarray) -> np.ndarray:
-    """Covariance (K, K) of a sum of scores (N, K), neighbours included, as far as Andrews (1991) asks for."""
-    count = len(scores)
-    lagged = (scores[1:] * scores[:-1]).sum(axis=0) / np.maximum((scores**2).sum(axis=0), 1e-300)
-    rho = np.clip(lagged, 0, 0.97)
-    alpha = float((4 * rho**2 / (1 - rho) ** 6 / (1 + rho) ** 2).sum() / (1 / (1 - rho) ** 4).sum()) if len(rho) else 0
-    reach = min(count // 4, int(np.ceil(1.1447 * (alpha * count) ** (1 / 3))))
+def _long_run(scores: np.ndarray, reach: int) -> np.ndarray:
+    """Covariance (K, K) of a sum of scores (N, K), with neighbours up to a reach, and what a short film leaves open.
+
+    That is the numbers that were fitted, beside the N / reach stretches that are independent, and the quantile of
+    Kiefer and Vogelsang (2005) beside that of the normal distribution.
+    """
+    count, numbers = scores.shape
+    reach = max(1, min(reach, count // 20))
     total = scores.T @ scores
     for lag in range(1, reach + 1):
         both = scores[lag:].T @ scores[:-lag]
         total += (1 - lag / (reach + 1)) * (both + both.T)
-    return total
+    stretches, wide = max(1.5 * count / reach, 1.5 * numbers), 1 + 1.5 * reach / count
+    return total * stretches / (stretches - numbers) * wide**2

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from dockpose.study.statistics import wilson
 from dockpose.truth.curve import Curve
-from scipy.ndimage import uniform_filter1d
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2, norm
 
@@ -16,6 +15,8 @@ TILTS_DEG = (0, 15, 30, 45, 60, 90)
 _UNITS = np.array([1, 1, 1, np.degrees(1), np.degrees(1)])
 _SHARES = (0.5, 0.8, 0.95)
 _WORST, _APART_S = 10, 1.0
+_NEAR = 1.35  # half the width over which neighbours are taken, in that of the smoothing
+_FAR = 8.0  # typical errors, beyond which a frame is none of its neighbours
 _SEEN = 2.0  # standard errors from which slow errors stand out from what the truth is off
 
 
@@ -35,31 +36,42 @@ class Judged:
     is_wrong_dock: np.ndarray
     views: np.ndarray
 
-    def squares(self, curve: Curve) -> np.ndarray:
+    def squares(self, width_s: float) -> np.ndarray:
         """Squared errors (N, 5), less what the truth is off, such that their means are those against a perfect truth.
 
-        What the smoothed truth is off changes slowly. Where slow errors do not stand out from it, only the fast ones
-        are counted, for all frequencies alike.
+        What a truth that is smoothed over some width is off changes slowly. Where slow errors do not stand out from it,
+        those of parabolas through a frame's neighbours (Savitzky and Golay 1964) count, which has all frequencies alike.
         """
-        squares = self.errors**2
-        noise = np.diagonal(self.noise, axis1=1, axis2=2)
-        rows = np.flatnonzero(np.isfinite(squares[:, 0]) & ~self.is_wrong_pose & ~self.is_wrong_dock)
+        noise, squares = np.diagonal(self.noise, axis1=1, axis2=2), self.errors**2
+        right = np.isfinite(squares[:, 0]) & ~self.is_wrong_pose & ~self.is_wrong_dock & self.is_reported
+        typical = np.median(np.abs(self.errors[right]), axis=0) if right.any() else np.inf
+        right &= (np.abs(np.nan_to_num(self.errors)) <= _FAR * typical).all(axis=1)
         step_s = float(np.median(np.diff(self.times_s)))
-        wide = max(9, 2 * int(4 * curve.width_s / step_s / 2) + 1)
-        if len(rows) < 3 * wide:
-            return np.where(np.isfinite(squares), squares - noise, np.nan)
-        pieces = len(rows) * step_s / (4 * curve.width_s)
-        slow = uniform_filter1d(self.errors[rows], wide, axis=0)
-        fast = (self.errors[rows] - slow) ** 2 * wide / (wide - 1)
-        off = noise[rows].mean(axis=0)
-        slower = squares[rows].mean(axis=0) - off - fast.mean(axis=0)
-        hidden = np.abs(slower) < _SEEN * off * np.sqrt(2 / pieces)
-        squares[rows] = np.where(hidden, fast, squares[rows] - noise[rows])
-        return squares
+        half = int(np.clip(round(_NEAR * width_s / step_s), 3, 25))
+        around = np.arange(len(right))[:, None] + np.arange(-half, half + 1)
+        inside = np.clip(around, 0, len(right) - 1)
+        since = (self.times_s[inside] - self.times_s[:, None]) / (half * step_s)
+        weights = right[inside] & (inside == around) & (np.abs(since) < 1.5)
+        powers = since[..., None] ** [0, 1, 2] * weights[..., None]
+        inverse = np.linalg.inv(powers.transpose(0, 2, 1) @ powers + 1e-6 * np.eye(3))
+        smooth = (inverse[:, :1] @ powers.transpose(0, 2, 1) @ np.nan_to_num(self.errors)[inside])[:, 0]
+        rows = right & (weights.sum(axis=1) > half) & (inverse[:, 0, 0] < 0.5)
+        if not rows.any():
+            return squares - noise
+        fast = (self.errors - smooth) ** 2 / (1 - inverse[:, :1, 0])
+        off, fast_mean = noise[rows].mean(axis=0), fast[rows].mean(axis=0)
+        slower = squares[rows].mean(axis=0) - off - fast_mean
+        most = off * (1 + _SEEN * np.sqrt(8 * width_s / (step_s * rows.sum())))
+        hidden = (off > 0.1 * fast_mean) & (slower < most)
+        return np.where(
+            hidden & right[:, None],
+            np.where(rows[:, None], fast, squares * fast_mean / squares[rows].mean(axis=0)),
+            squares - noise,
+        )
 
     def report(self, curve: Curve) -> dict[str, Any]:
         """All statistics of the frames that are reported."""
-        squares, range_m = self.squares(curve), np.linalg.norm(self.places_m, axis=1)
+        squares, range_m = self.squares(curve.width_s), np.linalg.norm(self.places_m, axis=1)
         has_truth = self.is_reported & np.isfinite(range_m)
         seen = has_truth & np.isfinite(self.errors[:, 0])
         step_m = _even(float(np.ptp(range_m[has_truth])) / 5) if has_truth.any() else 1.0
@@ -107,7 +119,7 @@ class Judged:
         """Errors of some frames, how often the intervals hold, and how often there is a dock and the right pose."""
         if not which.any():
             return {"count": 0, "rms": None, "median": None, "most_95": None, "within": None, "nees": None}
-        mean = np.maximum(squares[which].mean(axis=0), 0)
+        mean = np.maximum(np.nanmean(squares[which], axis=0), 0)
         off = np.abs(self.errors[which]) * np.sqrt(mean / (self.errors[which] ** 2).mean(axis=0))
         claimed = self.covariances[which] + self.noise[which]
         sigmas = np.sqrt(np.diagonal(claimed, axis1=1, axis2=2))

@@ -39,8 +39,8 @@ class Judged:
     def squares(self, width_s: float) -> np.ndarray:
         """Squared errors (N, 5), less what the truth is off, such that their means are those against a perfect truth.
 
-        What a truth that is smoothed over some width is off changes slowly. Where slow errors do not stand out from it,
-        those of parabolas through a frame's neighbours (Savitzky and Golay 1964) count, which has all frequencies alike.
+        What a smoothed truth is off changes slowly. Where slow errors do not stand out from it, errors against
+        parabolas through a frame's neighbours count instead (Savitzky and Golay 1964), as if all frequencies had alike.
         """
         noise, squares = np.diagonal(self.noise, axis1=1, axis2=2), self.errors**2
         right = np.isfinite(squares[:, 0]) & ~self.is_wrong_pose & ~self.is_wrong_dock & self.is_reported

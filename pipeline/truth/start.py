@@ -69,5 +69,8 @@ def starts(frames: Frames, curve: Curve, offset_s: float | None) -> list[Setup]:
         normals = -Rotation.from_euler("YX", some.angles_rad[0][:, ::-1]).as_matrix()[:, :, 2]
         normal = np.einsum("nij,jk,nk->ni", at.rotation, mount, normals)[at.is_measured].sum(axis=0)
         normal = normal / np.linalg.norm(normal) if np.any(normal) else np.array([0.0, 0.0, -1.0])
-        found.append(Setup(lag_s, 0.0, mount, solved[best, 9:12], solved[best, 12:] + middle_m, normal))
+        dock_m = solved[best, 12:] + middle_m
+        levers = np.einsum("nji,nj->ni", at.rotation, dock_m - at.position_m) - x @ mount.T
+        lever_m = np.median(levers[at.is_measured], axis=0) if at.is_measured.any() else solved[best, 9:12]
+        found.append(Setup(lag_s, 0.0, mount, lever_m, dock_m, normal))
     return found

@@ -6,6 +6,7 @@ import { request } from "./jobs.js";
 import { outside } from "./overlay.js";
 
 const ICONS = { right: "✓", wrong: "✕", found: "●" };
+const WORKING = "Working: every method is tried on this picture…";
 const MOST_CROSSES = 40; // of groups that are no lights: more would hide the pixels
 const DIM = 0.45; // what the picture keeps of its brightness, beside the pixels that a method keeps
 const ENLARGED = 2; // pixels of a canvas for one of the picture, so that lines are thin
@@ -33,8 +34,8 @@ class Compare extends HTMLElement {
       made.addEventListener("click", act);
       return made;
     };
-    this.again = button("Compare again", () => request({ do: "compare" }), { hidden: "" });
-    this.note = make("p", { role: "note" }, "Every method is tried on this picture, as soon as this tab is opened.");
+    this.again = button("Compare again", () => this.ask(), { hidden: "" });
+    this.note = make("p", { role: "note" }, WORKING);
     this.picture = make("canvas", { class: "large", role: "img" });
     this.told = make("div", { class: "told", "aria-live": "polite" });
     this.histogram = make("canvas", { class: "histogram", height: HIGH, "aria-hidden": "true" });
@@ -42,6 +43,7 @@ class Compare extends HTMLElement {
     this.cards.addEventListener("keydown", (event) => this.key(event));
     const bar = make("div", { class: "bar" }, button("← Back to the picture", goBack, { title: "Key: Escape" }), this.again, this.note);
     this.append(bar, make("div", { class: "looked-at" }, this.picture, this.told), this.histogram, this.cards);
+    this.toggleAttribute("data-empty", true);
   }
 
   // In this mode the comparison stands in the picture's place; it is tried at once what is not known yet.
@@ -51,11 +53,17 @@ class Compare extends HTMLElement {
     const mode = isOpen ? "compare" : "picture";
     if (mode === this.mode) return;
     this.mode = document.documentElement.dataset.mode = mode;
-    if (isOpen) setTimeout(() => request({ do: "compare" })); // not while viser is still building the tab
+    if (isOpen) setTimeout(() => this.ask()); // not while viser is still building the tab
+  }
+
+  ask() {
+    if (this.state.isOld) this.note.textContent = WORKING;
+    request({ do: "compare" });
   }
 
   take(found) {
     this.found = found;
+    this.removeAttribute("data-empty");
     this.cards.replaceChildren(...found.methods.map((method) => this.card(method)));
     this.crop = new Image();
     this.crop.addEventListener("load", () => this.look(this.of(this.shown?.name) ?? this.of(this.state.inUse) ?? found.methods[0]));

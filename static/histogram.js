@@ -132,7 +132,8 @@ class Histogram extends HTMLElement {
     } else if (this.isEach) {
       const [first, last] = [this.levels[0], this.levels.at(-1)];
       this.readout.textContent = `A level for each of ${count(this.levels.length, "light")}, ${first} to ${last}: keeps ${count(this.kept, "pixel")}`;
-    } else {
+    } else if (level >= LEVELS) this.readout.textContent = "Nothing is bright enough: no level keeps a light.";
+    else {
       const kept = data.counts.slice(level).reduce((sum, one) => sum + one, 0);
       this.readout.textContent = `Threshold ${level}: keeps ${count(kept, "pixel")}${groups && ` in ${groups}`}`;
     }

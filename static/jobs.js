@@ -75,6 +75,35 @@ document.addEventListener("keydown", (event) => {
   if (!event.repeat) take();
 }, true);
 
+// A number is told whole, once its box is left, Enter pressed, or nothing typed for a while; who leaves it sees what is in force.
+const PAUSE_MS = 1500;
+let [pausing, toldNumber] = [0, ""];
+function tellNumber(box, isLeft) {
+  clearTimeout(pausing);
+  const [text, inForce] = [box.value, box.getAttribute("value")];
+  if (isLeft) viserPage.write(box, inForce);
+  if (![inForce, toldNumber, ""].includes(text.trim())) request({ do: "number", of: viserPage.rowLabel(box).htmlFor, text });
+  toldNumber = isLeft ? "" : text;
+}
+for (const kind of ["input", "change", "keydown"]) {
+  document.addEventListener(kind, (event) => {
+    if (!event.isTrusted || !viserPage.isForNumber(event.target)) return;
+    if (kind !== "keydown") event.stopImmediatePropagation();
+    if (kind === "change" || ["ArrowUp", "ArrowDown"].includes(event.key)) tellNumber(event.target, true);
+    else if (kind === "input") [clearTimeout(pausing), pausing = setTimeout(tellNumber, PAUSE_MS, event.target, false)];
+  }, true);
+}
+
+// Boxes that Enter acts on, once viser has sent what was typed there.
+const ENTERED = { "New session": "session", "Save as": "tank" };
+document.addEventListener("keydown", ({ key, target }) => {
+  const act = key === "Enter" && target.matches("input") && ENTERED[viserPage.labelOf(target)];
+  if (act) setTimeout(() => request({ do: act, name: target.value }), SETTLED_MS);
+});
+
+// Pictures that are sent together: the first of them is to be shown.
+document.addEventListener("together", ({ detail }) => request({ do: "together", names: detail }));
+
 // A double click on a slider sets it back to what the file has, once viser has sent where its clicks moved it.
 document.addEventListener("dblclick", (event) => {
   const label = viserPage.sliderAround(event.target);
@@ -116,9 +145,7 @@ class Jobs extends HTMLElement {
       this.button("Take (T)", "Log this frame: a row of the session, on the disk at once. Key: T.", take),
       this.button("Play", "Play the first sequence that the tab Source offers. Key: K.", () => request({ do: "play" })),
       this.button("Everything as ZIP", "Save all that is known of this frame as one ZIP file.", () => request({ do: "zip" })),
-      make("button", { type: "button", "data-pane": "scene", title: "Show the 3D view, or put it away." }, "3D"),
     );
-    paneButton(this.lastElementChild);
     this.sizes = new ResizeObserver(() => this.giveRoom());
     this.sizes.observe(this.chips);
   }

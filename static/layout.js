@@ -67,9 +67,6 @@ function layPanes() {
     else style.setProperty(`--${name}-asked`, `${(100 * panes[name]).toFixed(2)}${unit}`);
   }
   dataset.away = panes.away.join(" ");
-  for (const button of document.querySelectorAll("[data-pane]")) {
-    button.setAttribute("aria-pressed", String(!panes.away.includes(button.dataset.pane)));
-  }
 }
 
 function keepPanes(change) {
@@ -81,11 +78,6 @@ function keepPanes(change) {
 function togglePane(name) {
   const rest = panes.away.filter((one) => one !== name);
   keepPanes({ away: rest.length < panes.away.length ? rest : [...rest, name] });
-}
-
-function paneButton(button) {
-  button.addEventListener("click", () => togglePane(button.dataset.pane));
-  layPanes();
 }
 
 function sizePane(name, share) {
@@ -155,6 +147,7 @@ function makeGroupsReachable() {
     name.setAttribute("aria-expanded", String(viserPage.isUnfolded(name)));
   }
   for (const one of viserPage.unnamed()) one.ariaLabel = viserPage.labelOf(one);
+  for (const one of viserPage.closers()) one.ariaLabel = "Close this notice";
 }
 new MutationObserver(() => {
   if (!isLooking) setTimeout(makeGroupsReachable, WORKED_BY_KEYS_MS);

@@ -21,6 +21,7 @@ async function buttonFor(file, chosen) {
 
 // Hand the files to the upload button one after the other: it takes one at a time.
 async function sendAll(files, chosen = null) {
+  if (files.length > 1) document.dispatchEvent(new CustomEvent("together", { detail: files.map(({ name }) => name) }));
   for (const file of files) {
     const input = await buttonFor(file, chosen);
     if (input === null) return;
@@ -71,20 +72,11 @@ document.addEventListener("click", (event) => {
   if (link) [event.preventDefault(), viserPage.openTab(viserPage.tabOf(link.dataset.opens))];
 });
 
-// What was measured by hand stands in boxes for text, for viser's box for a number cannot be blank. They take nothing
-// but what a number is written with, so that a key pressed for a command never falls into one.
-const MEASURED = /^([xyz]|θ[xy]|Distance) \((cm|°)\)$/;
-
-document.addEventListener("beforeinput", (event) => {
-  const text = event.data ?? event.dataTransfer?.getData("text/plain") ?? "";
-  const isText = event.target.matches?.("input[type=text], input:not([type])");
-  if (isText && /[^\d.,+\-−\s]/.test(text) && MEASURED.test(viserPage.labelOf(event.target))) event.preventDefault();
-}, true);
-
 // Esc leaves any box, and so does a choice from its list, so that keys are commands again; then what is over the picture.
 document.addEventListener("keydown", (event) => {
   if (event.key !== "Escape" || viserPage.hasDialog()) return;
   if (event.target.matches("input, textarea")) event.target.blur();
+  else if (document.documentElement.classList.contains("large")) document.documentElement.classList.remove("large");
   else if (viserPage.tabs().some((tab) => /^(Log|Calibrate)$/.test(viserPage.nameOfTab(tab)) && viserPage.isOpen(tab))) {
     viserPage.openTab(viserPage.tabOf("Picture"));
   }

@@ -116,7 +116,7 @@ class Picture extends HTMLElement {
     if (["Enter", " "].includes(event.key)) event.stopPropagation();
   }
 
-  take({ picture, overlay, serial, isPlaying, lightsHeard }) {
+  take({ picture, overlay, serial, isPlaying, lightsHeard, lightsRefused }) {
     clearTimeout(this.settling);
     const now = performance.now();
     const isQuick = isPlaying || now - this.takenAt < QUICK_MS;
@@ -127,7 +127,8 @@ class Picture extends HTMLElement {
       [this.picture, this.grey] = [picture, null];
       this.viewport.setPicture(picture.width, picture.height);
     }
-    [this.overlay, this.serial] = [overlay, serial];
+    [this.overlay, this.serial, this.refused] = [overlay, serial, lightsRefused];
+    if (isPlaying) this.tell(null);
     this.hand.take(lightsHeard);
     this.paint();
     this.draw();
@@ -164,6 +165,7 @@ class Picture extends HTMLElement {
     if (small !== null) parts.push(["small", `${small[0]} below ${small[1]} px`]);
     const colours = parts.map(([kind, text]) => make("span", { class: kind }, text));
     this.frameLabel.replaceChildren(name, ...(this.shown === "thresholded" ? colours : []));
+    if (this.refused && this.tools.tool === "lights") this.frameLabel.append(make("span", { class: "refused", role: "status" }, this.refused));
   }
 
   toggleLayer(name) {
@@ -198,7 +200,7 @@ class Picture extends HTMLElement {
     if (isHand) this.hand.begin();
     else this.hand.end();
     this.stage.dataset.tool = tool ?? "";
-    this.drawDraft();
+    this.draw();
   }
 
   zoom(factor) {

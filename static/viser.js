@@ -67,16 +67,20 @@ const viserPage = {
   isUploading: (input) => document.getElementById(input.id.replace("file_upload_", ""))?.disabled ?? false,
 
   // Text boxes: the words beside one, those that these do not name for who hears them, the one of an id, and typing into it.
-  labelOf(input) {
+  rowLabel(input) {
     let row = input.parentElement;
     while (row !== null && row.querySelector("label") === null) row = row.parentElement;
-    return row?.querySelector("label").textContent.trim() ?? "";
+    return row?.querySelector("label");
   },
+  labelOf: (input) => viserPage.rowLabel(input)?.textContent.trim() ?? "",
   unnamed: () => document.querySelectorAll("[role=slider][aria-label=''], .mantine-Input-input:not([aria-label])"),
+  closers: () => document.querySelectorAll(".mantine-Notification-closeButton:not([aria-label])"),
   boxOf: (id) => document.querySelector(`label[for="${id}"]`)?.closest(".mantine-Flex-root")?.querySelector("input, textarea"),
+  // A box for a number reads what is typed letter by letter, drops what it does not know, and goes to the ends of its range.
+  isForNumber: (element) => Boolean(element.matches?.(".mantine-NumberInput-input")),
+  write: (box, text) => Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(box, text), // React keeps its own
   type(box, text) {
-    const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set; // React keeps its own
-    set.call(box, text);
+    viserPage.write(box, text);
     box.dispatchEvent(new Event("input", { bubbles: true }));
   },
 

@@ -45,9 +45,9 @@ def picture_files(analysis: Analysis, *, layers: Collection[str] = DRAWN, sha256
     drawn: dict[str, Any] = {"layers": layers, "truth": view.truth}
     files: Files = {
         "annotated.png": lambda: mark.to_png(
-            annotate(view.image, found, headline=headline_of(analysis.trust), **drawn)
+            annotate(view.image, analysis.shown, headline=headline_of(analysis.trust), **drawn)
         ),
-        **figure_files("annotated", lambda: picture_figure(view.image, found, **drawn), "svg"),
+        **figure_files("annotated", lambda: picture_figure(view.image, analysis.shown, **drawn), "svg"),
         **figure_files("methods", lambda: _methods_figure(view), "png"),
         "picture.png": lambda: data.to_png(view.image),
         "result.json": lambda: data.to_json(data.result_line(analysis, sha256)),

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 from dockpose import Camera, Dock, Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.drawing.numbers import MISSING, chance, count, number, percent, sigma_words
+from dockpose.app.drawing.numbers import MISSING, count, number, percent
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, SessionRecord
 from dockpose.app.export.parts import sentences
@@ -59,13 +59,14 @@ HEAD = (
 )
 
 
-def status_line(found: Estimate, *, with_sigma: bool = True) -> str:
-    """Return lights, level, pose and time, as in 10 lights | HATS level 206 | pose A 97 %, 1.453 m ± 0.004 | 1.3 ms."""
+def status_line(found: Estimate) -> str:
+    """Return lights, level, how the pose was chosen, and time, as in 10 lights | HATS level 206 | pose A | 1.3 ms."""
     parts = [count(found.lights_on_ring or 0, "light")]
     if found.threshold is not None:
         parts.append(f"{METHODS[found.threshold.method].label} {numbers.level_words(found.threshold)}")
-    parts += [_pose_words(found, with_sigma=with_sigma), f"{number(found.elapsed_ms)} ms"]
-    return " | ".join(filter(None, parts))
+    if found.choice is not None:
+        parts.append(f"pose {POSE_NAMES[found.choice.selected]}{_BY.get(found.choice.selected_by, '')}")
+    return " | ".join([*parts, f"{number(found.elapsed_ms)} ms"])
 
 
 def advice(found: Estimate) -> str:
@@ -88,20 +89,6 @@ def why_this_one(found: Estimate) -> str:
         return words
     sure = "which counts as decided" if choice.decided else "below 95 %, so treat it as undecided"
     return f"{words} Its probability is {percent(probability)} %, {sure}."
-
-
-def _pose_words(found: Estimate, *, with_sigma: bool) -> str:
-    pose = found.selected
-    if pose is None or found.choice is None:
-        return f"no pose ({numbers.status_words(found.status)})"
-    distance = f"{number(pose.position_m[2], 3)} m"
-    sigma_m = None if pose.sigma_total_position_m is None else pose.sigma_total_position_m[2]
-    if with_sigma and sigma_m is not None and math.isfinite(sigma_m):
-        distance += f" ± {sigma_words(sigma_m)}"
-    # A tracked pose was chosen against the frame's own probability, which would mislead.
-    likely = "" if found.choice.selected_by == "tracking" else chance(pose, " ")
-    by = _BY.get(found.choice.selected_by, "")
-    return f"pose {POSE_NAMES[found.choice.selected]}{by}{likely}, {distance}"
 
 
 def camera_lines(done: Calibration, medium: str = "air", *, is_on_page: bool = False) -> list[str]:

@@ -109,6 +109,15 @@ class Analysis:
         return None if free.ring.lights == lights else free.ring.lights
 
     @cached_property
+    def shown(self) -> Estimate:
+        """The estimate with each pose as likely as the verdict says: in a sequence, by all its frames."""
+        found, tracked = self.estimate, None if self.tracked_frame is None else self.tracked_frame.tracked
+        likely = None if tracked is None or tracked.index is None else tracked.track.probability
+        if tracked is None or likely is None or found.choice is None:
+            return found
+        return replace(found, choice=found.choice.with_first(1 - likely if tracked.index else likely))
+
+    @cached_property
     def trust(self) -> Trust:
         """How far the result can be trusted; in a sequence with the probability that the track gives."""
         tracked = None if self.tracked_frame is None else self.tracked_frame.tracked

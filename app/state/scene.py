@@ -88,12 +88,6 @@ def rendered(view: View) -> View:
     return replace(view, image=render(view.scene)[0], is_stale=False, set_lights=None)
 
 
-def with_psf(view: View, model: Any) -> View:
-    """Take another model of how water spreads light."""
-    scene = scene_of(view)
-    return with_scene(view, changed(scene, psf=changed(scene.psf, model=model, mtf_csv=None)))
-
-
 def with_missing(view: View, text: Any) -> View:
     """Switch lights off, by their numbers from 0, with commas between them."""
     try:

@@ -16,13 +16,6 @@ from dockpose.app.state.view import View
 
 CENTROIDS = {"Weighed by brightness": "grey", "Middle of the pixels kept": "binary"}
 
-SPREADS = {
-    "Measured in water": "voss",
-    "The paper's": "hou",
-    "The paper's, simpler": "hou_poisson",
-    "Bell curve": "gaussian",
-}
-
 
 @dataclass(frozen=True)
 class Value:
@@ -31,11 +24,6 @@ class Value:
     get: Callable[[View], Any]
     put: Callable[[View, Any], View]
     options: Callable[[View], tuple[str, ...]] | None = None
-
-
-def _spread(view: View) -> str:
-    model = scene.scene_of(view).psf.model
-    return next((label for label, one in SPREADS.items() if one == model), model)
 
 
 VALUES = {
@@ -51,11 +39,6 @@ VALUES = {
         scene.paper_scene, scene.with_paper_scene, lambda view: (scene.NOT_OF_THE_PAPER, *scene.paper_scenes())
     ),
     "port": Value(lambda view: view.camera.port is not None, camera.with_port),
-    "psf": Value(
-        _spread,
-        lambda view, label: scene.with_psf(view, SPREADS.get(label, label)),
-        lambda view: tuple(dict.fromkeys([*SPREADS, _spread(view)])),
-    ),
     "text": Value(lambda view: "".join(one.text for one in scene.scene_of(view).texts[:1]), scene.with_text),
     "tone": Value(
         lambda view: str(view.camera.tone), camera.with_tone, lambda view: tuple(camera.tone_names(view.camera))

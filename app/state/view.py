@@ -20,7 +20,7 @@ from dockpose.sidecar import Sidecar, lights_beside, read_sidecar, sample_names,
 from dockpose.simulate import Scene, load_scene
 from dockpose.sources.pictures import read_tagged
 
-_UNFINISHED = {"-", "+", "−", ".", ",", "-.", "-,", "−.", "−,"}  # what a number that is being typed begins with
+_METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 
 
 class MeasuredPose(msgspec.Struct, frozen=True):
@@ -46,17 +46,21 @@ class MeasuredPose(msgspec.Struct, frozen=True):
         return KnownPose((x / 100, y / 100, z / 100), theta_x, theta_y)
 
 
-def typed_number(name: str, text: str, *, is_finished: bool = True) -> float | None:
-    """Return a typed number, with a point or comma; None for a blank or, unless ``is_finished``, a lone minus."""
-    text = text.strip()
-    if not text or (not is_finished and text in _UNFINISHED):
+def typed_number(name: str, text: str) -> float | None:
+    """Return a typed number in the unit that ends the name, as "z (cm)", with or without a unit; None for a blank."""
+    text, unit = text.strip(), name.rpartition("(")[2].rstrip(")")
+    if not text:
         return None
+    digits = text.rstrip("cm°degpx")
+    typed = text[len(digits) :].replace("deg", "°") or unit
     try:
-        number = float(text.replace(",", ".").replace("−", "-"))
-    except ValueError:
+        number = float(digits.replace(",", ".").replace("−", "-"))
+        if typed != unit:
+            number = round(number * _METRES[typed] / _METRES[unit], 9)
+    except (ValueError, KeyError):
         number = math.nan
     if not math.isfinite(number):
-        raise UserError(f"{name} is {text!r}; it must be a number, or blank where not measured.")
+        raise UserError(f"{name} is {text!r}; it must be a number, or blank.")
     return number
 
 

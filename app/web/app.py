@@ -144,7 +144,6 @@ class App(Page, contextlib.AbstractContextManager["App"]):
             view = self._view = follower.view_of(before, frame)
             if (view.camera, view.dock, view.list_name) != (before.camera, before.dock, before.list_name):
                 self.load(view)
-        self.tell_notes(before, view, None)
         analysis = self.newest = follower.read(view, frame)
         if self.options.autopilot is not None and (seen := analysis.tracked_frame) is not None:
             assumed = f"the {' and the '.join(sorted(view.assumed))} is assumed" if view.assumed else None

@@ -19,6 +19,7 @@ class Choices:
 
     def __init__(self) -> None:
         self._open: dict[str | None, Choice] = {}
+        self.typed: dict[str, tuple[Any, Callable[[float, Client], None]]] = {}  # sets one of an id
         self._held = threading.Lock()  # or a choice that has just been replaced is put back over the newer one
         self._acting = threading.local()
 
@@ -41,6 +42,12 @@ class Choices:
                 self.taken(choice)
                 self._acting.on = None
 
+        def typed(number: float, client: Client) -> None:
+            with self._held:
+                self._open[key] = key, handle, number
+            take_up(client)
+
+        self.typed[key] = handle, typed
         hear_values(handle, sent.update)
         handle.on_update(note)
         on_person(handle.on_update, take_up)

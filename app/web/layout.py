@@ -21,7 +21,7 @@ from dockpose.app.web.panels.settings import STEPS_HTML, SettingsPanel
 from dockpose.app.web.panels.source import SimulatorPanel, SourcePanel
 from dockpose.app.web.panels.tank import BudgetPanel, CameraPanel, ChipsPanel, TanksPanel
 from dockpose.app.web.panels.view import PicturePanel
-from dockpose.app.web.widgets import Panel
+from dockpose.app.web.widgets import Panel, take_number
 
 # The tabs beside the picture, the first of them open, and their panels from above; each ends with a link to its part
 # of the help.
@@ -47,10 +47,39 @@ class Layout:
         self._add_controls(app, app.server.gui)
         self.panels: list[Panel] = [self._made[kind] for kind in dict.fromkeys((*FIRST, *self._made))]
         self.until_sent = len(FIRST)
+        self._requests.acts = self._acts(app)
 
     def of(self, kind: type[Kind]) -> Kind:
         """The panel of a class."""
         return self._made[kind]
+
+    def _acts(self, app: Page) -> Acts:
+        """What is done for the requests of our own elements."""
+        log, compare, play, exports = map(
+            self._made.__getitem__, (ExperimentPanel, ComparePanel, SequencePanel, ExportPanel)
+        )
+        boxes: dict[str, Any] = {"boxes": dict[str, str]}
+        return {
+            request_to("take", **boxes): log.take_typed,
+            request_to("typed", **boxes): log.typed,
+            request_to("board", name=str): self.of(CalibrationPanel).toggle,
+            request_to("chip", label=str): self.of(ChipsPanel).press,
+            request_to("layers", of=list[str]): exports.follow,
+            request_to("given", label=str): lambda asked, client: app.change(
+                partial(with_given_number, label=asked.label), client, reload=True
+            ),
+            request_to("number", of=str, text=str): partial(take_number, app),
+            request_to("together", names=list[str]): self.of(SourcePanel).expect,
+            request_to("session", name=str): log.enter,
+            request_to("tank", name=str): self.of(TanksPanel).enter,
+            request_to("moved"): lambda asked, client: app.history.end_move(),
+            request_to("zip"): exports.save_all,
+            request_to("compare"): compare.compare,
+            request_to("use", method=str): compare.use,
+            request_to("play"): lambda asked, client: play.toggle(client),
+            request_to("goto", frame=int): lambda asked, client: play.go_to(asked.frame),
+            request_to("speed", speed=str): lambda asked, client: play.set_speed(asked.speed),
+        }
 
     def _add_controls(self, app: Page, gui: viser.GuiApi) -> None:
         app.live.place("candidates", table_html)
@@ -80,28 +109,8 @@ class Layout:
             app.live.begin()
             self._made[StripPanel] = StripPanel(app)
             self._made[ChipsPanel] = ChipsPanel(app)
-            boxes: dict[str, Any] = {"boxes": dict[str, str]}
-            acts: Acts = {
-                request_to("take", **boxes): lambda asked, client: self.of(ExperimentPanel).take_typed(asked, client),
-                request_to("typed", **boxes): lambda asked, client: self.of(ExperimentPanel).typed(asked, client),
-                request_to("board", name=str): lambda asked, client: self.of(CalibrationPanel).toggle(
-                    asked.name, client
-                ),
-                request_to("chip", label=str): lambda asked, client: self.of(ChipsPanel).press(asked.label, client),
-                request_to("layers", of=list[str]): lambda asked, client: self.of(ExportPanel).follow(asked.of, client),
-                request_to("given", label=str): lambda asked, client: app.change(
-                    partial(with_given_number, label=asked.label), client, reload=True
-                ),
-                request_to("moved"): lambda asked, client: app.history.end_move(),
-                request_to("zip"): lambda asked, client: self.of(ExportPanel).save_all(client),
-                request_to("compare"): lambda asked, client: self.of(ComparePanel).compare(),
-                request_to("use", method=str): lambda asked, client: self.of(ComparePanel).use(asked.method, client),
-                request_to("play"): lambda asked, client: self.of(SequencePanel).toggle(client),
-                request_to("goto", frame=int): lambda asked, client: self.of(SequencePanel).go_to(asked.frame),
-                request_to("speed", speed=str): lambda asked, client: self.of(SequencePanel).set_speed(asked.speed),
-            }
-            requests = RequestBox(gui, "Done on the page", acts)
-            gui.add_html(f'<dockpose-jobs channel="{requests.channel}"></dockpose-jobs>')
+            self._requests = RequestBox(gui, "Done on the page", {})
+            gui.add_html(f'<dockpose-jobs channel="{self._requests.channel}"></dockpose-jobs>')
             gui.add_html(STEPS_HTML)
             shown = gui.add_tab_group()
             for title, kind in OVER.items():

@@ -109,7 +109,7 @@ class RequestBox:
     """A hidden text box for the requests of elements that know it by its ``channel``; ``acts`` are done for them."""
 
     def __init__(self, gui: viser.GuiApi, label: str, acts: Acts) -> None:
-        self._acts, self._decoder = acts, decoder(acts)
+        self.acts = acts
         self._done, self._held = deque[int](maxlen=64), threading.Lock()  # numbers; some requests are sent again
         self._box = gui.add_text(label, "")
         self.channel = identity(self._box)
@@ -119,11 +119,11 @@ class RequestBox:
         """Do what the newest request says; calls for requests that were overtaken find none."""
         text = self._box.value
         try:
-            request = self._decoder.decode(text if isinstance(text, str) and len(text) <= MOST_LETTERS else "")
+            request = decoder(self.acts).decode(text if isinstance(text, str) and len(text) <= MOST_LETTERS else "")
         except msgspec.DecodeError:
             return
         with self._held:
             if request.number in self._done:
                 return
             self._done.append(request.number)
-        self._acts[type(request)](request, client)
+        self.acts[type(request)](request, client)

@@ -8,6 +8,7 @@ import viser
 from dockpose.app.web.server.viser_private import show_again
 
 Colour = Literal["red", "yellow", "green"]
+REFUSED = "That did not work"
 SHOWN_S = 12.0
 _RUSH_S = 2.0
 _MOST_SENTENCES = 6
@@ -27,7 +28,7 @@ class Notifications:
         with self._lock:
             handle, told, sentences, at_s = self._last.get(client.client_id, (None, "", [], 0.0))
             if handle is not None and told == title and now - at_s < _RUSH_S:
-                sentences = [*sentences, sentence]
+                sentences = sentences if sentence in sentences else [*sentences, sentence]
                 handle.body = together(sentences)
                 handle.auto_close_seconds = SHOWN_S + len(sentences) / 1000  # only another time starts it again
                 show_again(handle)
@@ -35,6 +36,14 @@ class Notifications:
                 handle = client.add_notification(title, sentence, color=colour, auto_close_seconds=SHOWN_S)
                 sentences = [sentence]
             self._last[client.client_id] = handle, title, sentences, now
+
+    def withdraw(self) -> None:
+        """Take away refusals, but of this rush: what was done since is not what they were told of."""
+        with self._lock:
+            for number, (handle, title, _, at_s) in list(self._last.items()):
+                if title == REFUSED and time.monotonic() - at_s > _RUSH_S:
+                    handle.remove()
+                    del self._last[number]
 
     def forget(self, client: viser.ClientHandle) -> None:
         """Forget a browser that left."""

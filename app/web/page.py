@@ -20,7 +20,7 @@ from dockpose.app.state.undo import History, difference_words
 from dockpose.app.state.view import View, open_source
 from dockpose.app.web.choices import Choices
 from dockpose.app.web.live import LivePage
-from dockpose.app.web.notifications import Colour, Notifications
+from dockpose.app.web.notifications import REFUSED, Colour, Notifications
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.journal import LOG
@@ -144,12 +144,12 @@ class Page:
             if reload or not is_done:
                 self.load(after)
             if after is not before:
+                self._notices.withdraw()
                 self.history.note(before, after)
                 if not (self.is_playing and after.list_name == "sequence"):  # else the next frame has it
                     self.worker.submit(after)
         if before.list_name == "sequence" != after.list_name:
             self.close_sequence()
-        self.tell_notes(before, after, client)
 
     def go_back(self, step: Callable[[View], View], title: str, client: viser.ClientHandle) -> None:
         """Undo or redo, and say what that changed."""
@@ -164,12 +164,6 @@ class Page:
         for sentence in told:
             self.notify(title, sentence, "green", client)
 
-    def tell_notes(self, before: View, after: View, client: viser.ClientHandle | None) -> None:
-        """Say what had to be assumed anew."""
-        for note in after.notes:
-            if note not in before.notes:
-                self.notify("Please check the camera", note, "yellow", client)
-
     def attempt(self, act: Callable[[], object], client: viser.ClientHandle | None) -> bool:
         """Do what a person asked for; False if it failed, after saying so."""
         try:
@@ -182,7 +176,7 @@ class Page:
     def report(self, error: Exception, client: viser.ClientHandle | None) -> None:
         """Say why something cannot be done, or, in the terminal and in all browsers, what went wrong."""
         if isinstance(error, ValueError):
-            self.notify("That did not work", str(error), "red", client)
+            self.notify(REFUSED, str(error), "red", client)
         else:
             self.fail(error)
 

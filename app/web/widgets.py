@@ -1,23 +1,23 @@
 """What panels are built from: the base class, and sliders."""
 
 import math
-import threading
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
 import viser
+from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
 from dockpose.app.state.parameters import Parameter
 from dockpose.app.state.values import VALUES, Value
-from dockpose.app.state.view import View
-from dockpose.app.web.choices import Act, Change, Client, on_person
+from dockpose.app.state.view import View, typed_number
+from dockpose.app.web.choices import Act, Client, on_person
 from dockpose.app.web.page import Page
 from dockpose.app.web.server.uploads import ClientUploads
+from dockpose.app.web.server.values import why_not
 
 Take = Callable[[bytes, str, Client], object]  # of a file its bytes and name
-IDLE_S = 1.5  # a pause in typing
 
 
 class Panel:
@@ -126,18 +126,21 @@ def offer(dropdown: Any, options: tuple[str, ...], chosen: str) -> None:
         dropdown.value = chosen
 
 
-def return_when_idle(handle: Any, change: Change, client: Client, load: Callable[[View], object]) -> None:
-    """Return a box to the number in force by ``load``, once nobody has typed there any more for a while."""
-    # What is typed on the way to a number, as the 8 of 812, stays meanwhile.
-    refused = handle.value
+def take_number(app: Page, asked: Any, client: Client) -> None:
+    """Set a box for a number, by the id of its control, to what was typed there; what it cannot be, is told."""
 
-    def settle() -> None:
-        if handle.value == refused:
-            change(lambda view: (load(view), view)[1], client)
+    def take() -> None:
+        handle, put = app.choices.typed[asked.of]
+        number = typed_number(handle.label, asked.text)
+        if number is None:
+            return
+        is_part = handle.precision == 0 and number % 1 != 0
+        if reason := "it must be a whole number" if is_part else why_not(handle, number):
+            raise UserError(f"{handle.label} is {asked.text.strip()!r}, which is not taken: {reason}.")
+        put(number, client)
 
-    timer = threading.Timer(IDLE_S, settle)
-    timer.daemon = True
-    timer.start()
+    if asked.of in app.choices.typed:
+        app.attempt(take, client)
 
 
 class Slider:
@@ -153,7 +156,9 @@ class Slider:
             sent = self.handle.value
             new = put(view, sent)
             if not math.isclose(parameter.get(new), sent, rel_tol=1e-9, abs_tol=1e-4):  # it was out of range
-                return_when_idle(self.handle, change, client, self.load)
+                self.load(new)
+                taken = f"{parameter.label} cannot be {sent:g}; it is {self.handle.value:g} now."
+                app.notify("Not taken", taken, "yellow", client)
             if not self.handle.min <= parameter.get(new) <= self.handle.max:  # typed beyond the slider's track
                 self.load(new, with_value=False)
             return new

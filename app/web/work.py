@@ -11,15 +11,16 @@ _BUSY = "Other work is running already. Wait for it, or stop it first."
 
 
 class BackgroundWork:
-    """Runs work in its own thread; its bar is above the tabs. ``report`` is told of errors, ``notify`` of waiting."""
+    """Runs work in its own thread, with a bar or none. ``report`` is told of errors, ``notify`` of waiting."""
 
     def __init__(
-        self, gui: viser.GuiApi, report: Callable[[Exception, Client | None], None], notify: Callable[..., None]
+        self, gui: viser.GuiApi | None, report: Callable[[Exception, Client | None], None], notify: Callable[..., None]
     ) -> None:
-        self._report, self._notify = report, notify
-        self._bar = gui.add_progress_bar(0, visible=False, animated=True)
-        self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False, hint="Do not go on with it.")
-        self._stop.on_click(lambda event: self.cancel())
+        self._report, self._notify, self._bar = report, notify, None
+        if gui is not None:
+            self._bar = gui.add_progress_bar(0, visible=False, animated=True)
+            self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False)
+            self._stop.on_click(lambda event: self.cancel())
         self._lock = threading.Lock()
         self._running: tuple[threading.Thread, Progress] | None = None
 
@@ -75,9 +76,10 @@ class BackgroundWork:
             self._show(False)
 
     def _tell(self, share: float) -> None:
-        if round(100 * share) != self._bar.value:
+        if self._bar is not None and round(100 * share) != self._bar.value:
             self._bar.value = round(100 * share)
 
     def _show(self, is_running: bool) -> None:
-        self._bar.visible = self._stop.visible = is_running
-        self._bar.value = 0
+        if self._bar is not None:
+            self._bar.visible = self._stop.visible = is_running
+            self._bar.value = 0

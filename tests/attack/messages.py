@@ -121,9 +121,6 @@ def html_in_every_name(program, source):
         for label in boxes:
             visitor.set(label, HTML)
             time.sleep(0.06)
-        for label in ("Save my tank", "Start a new session"):
-            visitor.set(label, True)
-            time.sleep(0.3)
         for label, button in visitor.buttons.items():
             visitor.send(messages.FileTransferStartUpload(button, label, f"{HTML}.png", HTML, 1, 3))
             visitor.send(messages.FileTransferPart(button, label, 0, b"xyz"))

@@ -75,8 +75,6 @@ def log(page: Page) -> None:
     """A session with one row."""
     picture(page)
     page.tab("Log")
-    page.page.get_by_role("button", name="Start a new session").click()
-    page.until(lambda: "Started." in page.page.locator("#experiment").inner_text())
     page.page.get_by_role("button", name="Take (T)").click()
     page.page.locator("#experiment-rows tr[data-row='1']").wait_for()
 

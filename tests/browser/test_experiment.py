@@ -41,14 +41,14 @@ def tab(page):
     page.tab("Log")
     if page.box("Session").input_value() != NO_SESSION:
         page.choose("Session", NO_SESSION)
-    page.page.get_by_role("button", name="Start a new session").wait_for()
+    page.box("New session").wait_for()
     return page
 
 
 def start(page, name):
     page.box("New session").fill(name)
     page.rest()
-    page.page.get_by_role("button", name="Start a new session").click()
+    page.box("New session").press("Enter")
     page.until(lambda: "Started." in words(page))
 
 
@@ -141,13 +141,19 @@ def panel_of(page):
     return panel
 
 
+def act_of(page, do):
+    """What is done for requests, and the kind of request of that name."""
+    acts = page.app._layout._requests.acts
+    return acts, next(kind for kind in acts if kind.__name__ == do)
+
+
 def test_what_is_typed_stays_where_it_was_typed_when_the_program_is_slow_to_show_another_row(tab, monkeypatch):
     start(tab, "slow")
     press_t(tab)
     tab.until(lambda: "not yet measured" in words(tab))
     panel, heard = panel_of(tab), []
     typed = panel.typed
-    monkeypatch.setattr(panel, "typed", lambda request, client: (heard.append(request.boxes), typed(request, client)))
+    monkeypatch.setitem(*act_of(tab, "typed"), lambda asked, client: (heard.append(asked.boxes), typed(asked, client)))
     with panel._lock:  # as while it works on something else
         fill(tab, z="99")
         tab.choose("Belongs to", "row 1")
@@ -168,7 +174,7 @@ def test_all_that_was_typed_has_come_when_a_frame_is_taken(tab, monkeypatch):
         there.append(panel._fields.texts["distance_cm"])
         take(*given)
 
-    monkeypatch.setattr(panel, "take_typed", take_and_note)
+    monkeypatch.setitem(*act_of(tab, "take"), take_and_note)
     type_row(tab, ["1", "2", "3", "4", "5", "311.4"], 0)
     tab.until(lambda: "Frame 1 is on disk" in words(tab))
     assert there == ["311.4"]

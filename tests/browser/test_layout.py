@@ -291,7 +291,7 @@ def test_a_row_is_taken_on_a_phone(page, resized):
     page.tab("Log")
     page.box("New session").fill("on a phone")
     page.rest()
-    page.page.get_by_role("button", name="Start a new session").click()
+    page.box("New session").press("Enter")
     page.until(lambda: "Started." in page.page.locator("#experiment").inner_text())
     take = page.page.get_by_role("button", name="Take (T)")
     assert take.bounding_box()["height"] >= 48
@@ -491,15 +491,14 @@ def test_bars_are_moved_by_keys_and_their_focus_is_seen(page, browser):
 def test_3d_view_and_tools_are_put_away_and_come_back(page, browser):
     with visit(browser, page.app) as other:
         other.open()
-        tools_at, away = box(other, RIGHT)["top"], other.page.get_by_role("button", name="3D", exact=True)
-        away.click()
+        tools_at, bar = box(other, RIGHT)["top"], other.page.locator("#bar-scene")
+        bar.press("Enter")
         other.until(lambda: box(other, CANVAS)["right"] <= 0)
         assert box(other, RIGHT)["top"] < tools_at - 100
-        assert other.page.get_by_role("button", name="Dock close-up").count() == 0
         other.page.reload()
         other.page.locator("dockpose-live #candidates tbody tr").first.wait_for()
-        assert away.get_attribute("aria-pressed") == "false"
-        away.click()
+        assert box(other, CANVAS)["right"] <= 0
+        bar.press("Enter")
         other.until(lambda: box(other, CANVAS)["right"] == LAPTOP[0])
         for is_away in (True, False):
             other.page.locator("#bar-right").dblclick(position={"x": 2, "y": 300})
@@ -545,28 +544,19 @@ def test_a_tab_that_is_dragged_stays_where_it_is(page):
     assert page.page.locator("[data-floating-window]").count() == 0
 
 
-def test_view_buttons_lie_in_the_3d_view_and_show_the_dock_from_near(page):
-    canvas = box(page, CANVAS)
-    for name in ("Fit", "Dock close-up"):
-        place = page.page.get_by_role("button", name=name, exact=True).last.bounding_box()
-        assert canvas["left"] < place["x"] < place["x"] + place["width"] < canvas["right"]
-        assert canvas["top"] < place["y"] < canvas["top"] + 60
+def test_fit_lies_in_the_3d_view_and_shows_all_again_from_wherever_it_was_turned(page):
+    canvas, fit = box(page, CANVAS), page.page.get_by_role("button", name="Fit", exact=True).last
+    place = fit.bounding_box()
+    assert canvas["left"] < place["x"] < place["x"] + place["width"] < canvas["right"]
+    assert canvas["top"] < place["y"] < canvas["top"] + 60
     (client,) = page.app.server.get_clients().values()
-
-    def distance():
-        dock = page.app._current.estimate.selected.position_m
-        return ((client.camera.position - dock) ** 2).sum() ** 0.5
-
-    page.page.get_by_role("button", name="Fit", exact=True).last.press("Enter")
+    fit.press("Enter")
     page.page.wait_for_timeout(500)
-    far = distance()
-    page.page.get_by_role("button", name="Dock close-up", exact=True).press("Enter")
-    page.until(lambda: distance() < 0.9 * far)
+    fitted = client.camera.position.copy()
+    client.camera.position = 1.3 * fitted
     page.page.wait_for_timeout(500)
-    near = client.camera.position.copy()
-    page.app.change(lambda view: with_sample(view, "tilted"), reload=True)  # the close-up follows to another picture
-    page.until(lambda: page.has_found("tilted") and abs(client.camera.position - near).max() > 0.01)
-    page.page.get_by_role("button", name="Fit", exact=True).last.click()
+    fit.click()
+    page.until(lambda: abs(client.camera.position - fitted).max() < 0.01)
 
 
 def test_what_is_said_of_software_is_a_line_in_settings_where_it_is_so(page):

@@ -42,21 +42,26 @@ def test_what_is_typed_is_compared_at_once_and_what_is_blank_is_logged_as_blank(
     page.until(lambda: page.app.view.measured is None)
 
 
-def test_keys_never_fall_into_a_box_and_ctrl_enter_takes_the_row(page, root):
+def test_what_is_typed_stays_in_its_box_and_ctrl_enter_takes_the_row(page, root):
     page.tab("Log")
     if page.box("Session").input_value() != "(none)":
         page.choose("Session", "(none)")
     start(page, "keys")
-    for name in ("z (cm)", "θx (°)", "Distance (cm)"):
+    for name, text in {"θx (°)": "-111,5", "Distance (cm)": "1,58 m", "z (cm)": "11t0n"}.items():
         page.box(name).click()
-        page.page.keyboard.type("t-1T1k1,n5dhp", delay=60)
-        assert page.box(name).input_value() == "-111,5"
-    assert rows(root / "keys") == []  # a letter in a box is no command either
+        page.page.keyboard.type(text, delay=60)
+        assert page.box(name).input_value() == text
+    assert rows(root / "keys") == []  # a letter in a box is no command
+    page.page.keyboard.press("Control+Enter")
+    page.page.get_by_text("Measured z (cm) is '11t0n'; it must be a number").wait_for()
+    assert page.box("z (cm)").input_value() == "11t0n"
+    assert rows(root / "keys") == []
     page.box("z (cm)").fill("110")
     page.page.keyboard.press("Control+Enter")  # at once: what was typed last belongs to the row
     page.until(lambda: "Frame 1 is on disk" in words(page))
     (row,) = rows(root / "keys")
     assert (row["measured_z_cm"], row["measured_theta_x_deg"], row["measured_x_cm"]) == ("110.0", "-111.5", "")
+    assert float(row["distance_cm"]) == 158
     page.row("Notes").locator("textarea").first.click()
     page.page.keyboard.type("tilted", delay=30)
     page.page.keyboard.press("Control+Enter")

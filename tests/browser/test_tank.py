@@ -93,7 +93,7 @@ def test_tanks_are_saved_under_names_and_one_choice_brings_one_back(tank, folder
     tank.tab("Tank")
     tank.box("Save as").fill("Pool A")
     tank.rest()
-    button(tank, "Save my tank").click()
+    tank.box("Save as").press("Enter")
     tank.until(lambda: "Pool A: fx 649.0 px" in line(tank))
     assert Tanks(folder).get("Pool A").camera == OWN
     tank.box("Diameter (cm)").fill("45")
@@ -105,7 +105,7 @@ def test_tanks_are_saved_under_names_and_one_choice_brings_one_back(tank, folder
     tank.until(lambda: tank.app.view.tank.dock.diameter == 0.6)
     tank.box("Save as").fill("Pool B")
     tank.rest()
-    button(tank, "Save my tank").click()
+    tank.box("Save as").press("Enter")
     tank.until(lambda: "Pool B" in line(tank))
     tank.choose("Saved tanks", "Pool A")
     tank.until(lambda: "Pool A: fx 649.0 px at 640 × 480, dock 30 cm" in line(tank))
@@ -142,20 +142,61 @@ def test_notes_on_an_assumed_camera_and_dock_go_once_they_are_given_and_trust_ha
     assert "Dock found in own.png" in page.status
 
 
-def test_box_never_keeps_a_number_that_was_not_taken(page):
+REFUSED = {
+    "Diameter (cm)": {
+        "0": "0 is outside 1 to 300",
+        "abc": "it must be a number",
+        "9999": "9999 is outside",
+        "1.2 kg": "it must",
+    },
+    "Number of lights": {
+        "9.5": "it must be a whole number",
+        "-2": "-2 is outside 0 to 60",
+        "ten": "it must be a number",
+    },
+    "fx (px)": {"99999": "99999 is outside 128 to 3200", "7 cm": "it must be a number"},
+}
+
+
+def typed(page, box, text):
+    box.click()
+    page.page.keyboard.press("Control+a")
+    page.page.keyboard.type(text, delay=20)
+    page.page.keyboard.press("Tab")
+
+
+@pytest.mark.parametrize("label", REFUSED)
+def test_box_shows_what_is_in_force_and_what_it_refuses_is_told_whole(page, label):
+    page.tab("Tank")
+    box, before = page.box(label), page.app.view
+    in_force = box.input_value()
+    for text, why in REFUSED[label].items():
+        typed(page, box, text)
+        page.page.get_by_text(f"{label} is '{text}'").filter(has_text=why).wait_for()
+        assert box.input_value() == in_force
+    assert page.app.view is before
+
+
+def test_a_number_is_taken_whole_with_its_unit_and_never_by_its_first_letters(page, monkeypatch):
+    page.tab("Tank")
+    box, in_force, note = page.box("Diameter (cm)"), [], page.app.history.note
+    monkeypatch.setattr(
+        page.app.history, "note", lambda *views: (in_force.append(views[1].dock.diameter), note(*views))
+    )
+    wanted = {"40,5": 0.405, "1.2 m": 1.2, "300 mm": 0.3, "812 mm": 0.812}
+    for text, metres in wanted.items():
+        typed(page, box, text)
+        page.until(lambda metres=metres: page.app.view.dock.diameter == pytest.approx(metres))
+    page.until(lambda: box.input_value() == "81.2")
+    assert in_force == pytest.approx([*wanted.values()])
+
+
+def test_a_number_that_only_another_can_be_is_told(page):
     page.tab("Tank")
     box = page.box("Number of lights")
-    box.fill("1")
-    page.until(lambda: page.app.view.dock.lights == 3)
-    page.until(lambda: box.input_value() == "3")
-    fx = page.box("fx (px)")
-    in_force = fx.input_value()
-    fx.fill("99999")
-    page.page.get_by_text("fx (px): 99999 is outside 128 to 3200.").wait_for()
-    page.until(lambda: fx.input_value() == in_force)
-    page.page.keyboard.press("Control+a")
-    page.page.keyboard.type("812", delay=150)  # an 8 on the way to 812 is no number that was refused
-    page.until(lambda: page.app.view.camera.fx == page.app.view.camera.fy == 812 and fx.input_value() == "812")
+    typed(page, box, "1")
+    page.page.get_by_text("Number of lights cannot be 1; it is 3 now.").wait_for()
+    page.until(lambda: page.app.view.dock.lights == 3 and box.input_value() == "3")
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from html import escape
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -213,9 +214,10 @@ class CalibrationPanel(Panel):
         if not is_of_these:  # a click dropped one meanwhile
             self._fit(progress)
 
-    def toggle(self, name: str, client: Client) -> None:
+    def toggle(self, asked: Any, client: Client) -> None:
         """Leave out a picture that counted, or take it back; where a camera was worked out, that is done again."""
         with self._lock:
+            name = asked.name
             gathering, was_done = self._gathering, self._done is not None
             if name in self._dropped:
                 sighting = self._dropped.pop(name)

@@ -120,7 +120,7 @@ class ComparePanel(Panel):
         self._compared: View | None = None
         self._state: dict[str, Any] = {}
         # Of its own: a file that is saved does not hold it up.
-        gui, self._work = self.gui, BackgroundWork(self.gui, app.report, app.notify)
+        gui, self._work = self.gui, BackgroundWork(None, app.report, app.notify)
         app.closing.callback(self._work.close)
         gui.add_html(f'<dockpose-compare style="{LOOK}"></dockpose-compare>')
         self._cards, self._states = gui.add_html(""), gui.add_html("")
@@ -150,14 +150,14 @@ class ComparePanel(Panel):
 
         self.app.work.start(work, client)
 
-    def compare(self) -> None:
+    def compare(self, asked: Any, client: Client) -> None:
         """Compare the methods on what is shown, unless the results there are of it."""
         if self.analysis is not None and not self._is_fresh:
             self._work.start(partial(self._do_compare, self.analysis))
 
-    def use(self, method: str, client: Client) -> None:
+    def use(self, asked: Any, client: Client) -> None:
         """Take a method for the picture."""
-        self.change(lambda view: with_method(view, method), client, reload=True)
+        self.change(lambda view: with_method(view, asked.method), client, reload=True)
 
     @property
     def _is_fresh(self) -> bool:

@@ -166,7 +166,7 @@ class PosePanel(Panel):
     def __init__(self, app: Page) -> None:
         super().__init__(app)
         with self.gui.add_folder("Which of the two poses", expand_by_default=False):
-            app.live.place("pose", lambda analysis: details_html(analysis.estimate))
+            app.live.place("pose", lambda analysis: details_html(analysis.shown))
             with_pose = self.changing(self._with_pose, reload=False)
             self._use = self.add("button_group", "use", with_pose, options=("The program's", *POSE_NAMES))
             app.live.place("errors", lambda now: errors_html(now, "truth") + errors_html(now, "measured"))

@@ -47,8 +47,12 @@ class ExperimentPanel(Panel):
         self.take = self.trying(self._take)
         self._heard = deque[int](maxlen=8)  # numbers of requests to take
         self._add_session()
+        self._add_answers()
         self._add_fields()
-        self._add_rows()
+        self._table = self.gui.add_html("")
+        self._charts = [Chart(self.gui, title, marks) for title, marks in CHARTS.items()]
+        self.gui.add_html(help_link("log"))
+        app.closing.callback(self._close_session)
         self._show_session("")
         if app.options.resume and (session := self._sessions.last()) is not None:
             self._replace(session, f"Going on with {session.record.name}.")
@@ -95,7 +99,7 @@ class ExperimentPanel(Panel):
         self._words = self.gui.add_html("")
         names = NO_SESSION, *self._sessions.names()
         self._choice = self.add("dropdown", "choice", self.trying(self._open_chosen), options=names)
-        self._name, self._start = self.add("text", "name"), self.add("button", "start", self.trying(self._start_new))
+        self._name = self.add("text", "name")
         key = self.gui.add_command("Take this frame", description="Into the session that is open.", hotkey="T")
         on_person(key.on_trigger, self.take)
 
@@ -110,9 +114,7 @@ class ExperimentPanel(Panel):
             self._save_row = self.add("button", "save_row", self.trying(self._save_chosen))
             self._keep = self.add("checkbox", "keep")
 
-    def _add_rows(self) -> None:
-        self._table = self.gui.add_html("")
-        self._charts = [Chart(self.gui, title, marks) for title, marks in CHARTS.items()]
+    def _add_answers(self) -> None:
         self._what = self.add("dropdown", "what", options=tuple(WHAT))
         self._save = self.add("button", "save", self.trying(self._download))
         self._check = self.add("button", "check", self.trying(self._check_tape))
@@ -121,8 +123,6 @@ class ExperimentPanel(Panel):
             name: self.add("button", f"save_{name}", self.trying(partial(self._save_corrected, name)))
             for name in ("dock", "camera")
         }
-        self.gui.add_html(help_link("log"))
-        self.app.closing.callback(self._close_session)
 
     def _close_session(self) -> None:
         with self._lock:
@@ -159,14 +159,18 @@ class ExperimentPanel(Panel):
         """The session for the first frame since the start: the last one of today, or a new one where there is none."""
         session = None if self._has_begun or str(self._name.value).strip() else self._sessions.last_of_today()
         if session is None:
-            return self._start_new(client)
+            return self._start_new(str(self._name.value))
         self._replace(session, f"Going on with {session.record.name}.")
         self._tell_notices(session, client)
         return session
 
-    def _start_new(self, client: Client) -> Session:
+    def enter(self, asked: Any, client: Client) -> None:
+        """Start a session of the name that was typed."""
+        self.app.attempt(lambda: self._start_new(asked.name), client)
+
+    def _start_new(self, name: str) -> Session:
         with self._lock:
-            session = self._sessions.start(str(self._name.value))
+            session = self._sessions.start(name)
             self._replace(session, "Started.")
             self._name.value = ""
             return session
@@ -230,7 +234,7 @@ class ExperimentPanel(Panel):
         names = [NO_SESSION, *self._sessions.names()]
         self._choice.options = names if name in names else [*names, name]
         self._choice.value = name
-        self._name.visible = self._start.visible = session is None
+        self._name.visible = session is None
         self._save.disabled = self._check.disabled = session is None
         self._show_rows(said)
 

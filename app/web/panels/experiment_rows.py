@@ -42,7 +42,7 @@ def pose_of(texts: Texts) -> dict[str, float | None] | None:
     numbers = {}
     for name, quantity in zip(MEASURED_COLUMNS, QUANTITIES, strict=False):  # all but the distance
         try:
-            numbers[quantity] = typed_number(quantity, texts[name], is_finished=False)
+            numbers[quantity] = typed_number(quantity, texts[name])
         except UserError:
             return None
     return numbers if any(number is not None for number in numbers.values()) else None

@@ -1,7 +1,7 @@
 """The Export tab: one file of what was found; and all of them in a ZIP file, for the button beneath the strip."""
 
-from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import cv2
 from dockpose.app.drawing.annotated import DRAWN, LAYERS
@@ -38,9 +38,9 @@ class ExportPanel(Panel):
         self.add("button", "save", self._save)
         self._layers: dict[int, list[str]] = {}  # by browser, where it shows others than usual
 
-    def follow(self, layers: Sequence[str], client: Client) -> None:
+    def follow(self, asked: Any, client: Client) -> None:
         """Draw on the annotated picture what a browser shows over its own, and the numbers."""
-        self._layers[client.client_id] = [name for name in LAYERS if name in (*layers, "scale", "text")]
+        self._layers[client.client_id] = [name for name in LAYERS if name in (*asked.of, "scale", "text")]
 
     def _save(self, client: Client) -> None:
         analysis, name = self.analysis, WHAT.get(self._what.value)
@@ -55,7 +55,7 @@ class ExportPanel(Panel):
 
         self.app.work.save(client, bundle_name(analysis.view.source, f"_{name}"), make)
 
-    def save_all(self, client: Client) -> None:
+    def save_all(self, asked: Any, client: Client) -> None:
         """Save everything as one ZIP file, in the downloads of this browser."""
         analysis = self.analysis
         if analysis is None:

@@ -40,9 +40,10 @@ class LiveControls(Panel):
         self._watch = ExposureWatch()
         self._words = self.gui.add_html("", visible=False)
         self._record = self.add("button", "record", self.trying(lambda client: self.record()))
-        self._stop = self.add("button", "stop", lambda client: self.stop())
         self._download = self.add("button", "download", self.trying(self._send))
-        self._sending = self.add("checkbox", "sending", lambda client: self._switch(), visible=False)
+        self._sending: Any = None
+        if app.options.autopilot is not None:
+            self._sending = self.add("checkbox", "sending", lambda client: self._switch(), visible=False)
         self._boxes = {
             name: self.gui.add_text(**box, initial_value="", visible=False) for name, box in self.said["boxes"].items()
         }
@@ -59,10 +60,9 @@ class LiveControls(Panel):
         live = self._source()
         self._watch, self._summary = ExposureWatch(), ""
         self._words.visible = self._record.visible = live is not None
-        self._download.visible = self._stop.visible = False
-        autopilot = self.app.options.autopilot
-        self._sending.visible = live is not None and autopilot is not None
-        self._sending.value = autopilot is not None and autopilot.is_on
+        self._download.visible = False
+        if (autopilot := self.app.options.autopilot) is not None:
+            self._sending.visible, self._sending.value = live is not None, autopilot.is_on
         is_camera = live is not None and live.source.startswith(CAMERA)
         for control in (*self._boxes.values(), self._ask):
             control.visible = is_camera
@@ -91,9 +91,10 @@ class LiveControls(Panel):
             live.ask(replace(capture, width=live.settings.width, height=live.settings.height))
 
     def record(self) -> None:
-        """Begin a recording. Raises UserError where it cannot be written."""
+        """Begin a recording, or finish the one that goes on. Raises UserError where it cannot be written."""
         live = self._source()
         if live is None or self._recording is not None:
+            self.stop()
             return
         folder = self.app.options.sessions.with_name(RECORDINGS_FOLDER)
         try:
@@ -103,8 +104,7 @@ class LiveControls(Panel):
         self._recording = Recording(recording_path(folder, live.source), self._tell_of_recording)
         self._began_s = time.monotonic()
         live.on_arrival = self._recording.take
-        self._record.visible = self._download.visible = False
-        self._stop.visible, self._summary = True, ""
+        self._record.label, self._download.visible, self._summary = "Stop recording", False, ""
         self._tell()
 
     def stop(self) -> None:
@@ -115,8 +115,7 @@ class LiveControls(Panel):
         if live is not None:
             live.on_arrival = None
         recording.close()
-        self._recording, self._stop.visible = None, False
-        self._record.visible = live is not None
+        self._recording, self._record.label = None, self.said["record"]["label"]
         self._recorded, self._summary = recording.path, f"{recording.summary()}."
         self._download.visible = recording.path.exists() and recording.size_bytes <= _LARGEST_DOWNLOAD_BYTES
         self._tell()

@@ -11,7 +11,6 @@ from dockpose.app.state.tank import tank_words
 from dockpose.app.state.view import View
 from dockpose.app.web.html import pose_name, result_cells, row, sigma_cells, tab_link, table, wide_row
 from dockpose.app.web.page import Page
-from dockpose.app.web.scene.viewpoints import NAMES
 from dockpose.app.web.widgets import Panel
 
 NO_POSE = (
@@ -27,7 +26,7 @@ EXPLANATION = (
 
 def status_html(analysis: Analysis) -> str:
     """What was decided and why, and what to try; the verdict and the picture's name are for who hears it."""
-    found, trust = analysis.estimate, analysis.trust
+    found, trust = analysis.shown, analysis.trust
     notes = analysis.view.notes[analysis.view.camera_of == "guess" :]  # of a guess the reasons tell already
     decided, _, more = f"{found.message} ".partition(". ")  # with a doubtful pose, the figures above say what
     why = f"<span class=why>{escape(why_this_one(found))}</span>" if trust.colour == "green" else ""
@@ -41,7 +40,7 @@ def status_html(analysis: Analysis) -> str:
 
 def table_html(analysis: Analysis) -> str:
     """Both candidates and, where they are known, the truth and the measured pose; sigma of the chosen one beneath."""
-    found = analysis.estimate
+    found = analysis.shown
     rows, sigmas = [], ""
     for index, pose in enumerate(found.candidates):
         is_chosen = pose is found.selected
@@ -57,16 +56,14 @@ def table_html(analysis: Analysis) -> str:
 
 
 class ViewpointPanel(Panel):
-    """One button a viewpoint; each moves only the browser it was pressed in."""
+    """The button of the 3D view, which moves only the browser it was pressed in."""
 
     table = "picture"
 
     def __init__(self, app: Page) -> None:
         super().__init__(app)
         self.gui.add_html('<dockpose-name-next name="view-buttons"></dockpose-name-next>')
-        buttons = self.add(
-            "button_group", "viewpoint", lambda client: app.scene.look_from(client, buttons.value), options=NAMES
-        )
+        self.add("button_group", "viewpoint", app.scene.fit, options=("Fit",))
 
 
 def place_html(analysis: Analysis, stale_s: int = 0) -> str:
@@ -94,13 +91,10 @@ def origin_html(view: View, is_saved: bool, browsers: int, line: str) -> str:
     other = in_force_words(view)
     made = ", simulated" if view.scene is not None or view.list_name == "samples" else ""
     in_force = made + (f' · <span id="in-force">{escape(other)}</span>' if other else "")
-    # Where there is no room for all.
-    tank = tank_words(view.tank)
-    told = escape(". ".join(filter(None, (view.source, other, tank, line))))
     several = f' · <span id="browsers">{browsers} browsers</span>' if browsers > 1 else ""
     return (
-        f'<div id="strip-origin" title="{told}"><div><b id="source">{escape(view.source)}</b>{in_force}{several}</div>'
-        f'<div id="tank">{escape(tank)}{state}</div><div id="status-line">{escape(line)}</div></div>'
+        f'<div id="strip-origin"><div><b id="source">{escape(view.source)}</b>{in_force}{several}</div>'
+        f'<div id="tank">{escape(tank_words(view.tank))}{state}</div><div id="status-line">{escape(line)}</div></div>'
         '<button type="button" id="strip-size" aria-label="Large figures" title="Large figures">⤢</button>'
     )
 
@@ -134,7 +128,7 @@ class StripPanel(Panel):
         if self._newest is not None and view.image is not self._newest.view.image:
             self._stale_s = 0
         self._newest: Analysis | None = analysis
-        line = status_line(analysis.estimate, with_sigma=not view.assumed)
+        line = status_line(analysis.estimate)
         origin = origin_html(view, self.app.tanks.is_saved(view.tank), self._browsers, line)
         state = " data-stale" if self._stale_s else ""
         return f'<div id="strip"{state}>{place_html(analysis, self._stale_s)}{origin}</div>'

@@ -46,7 +46,7 @@ class SequencePanel(Panel):
             self._choice = self.add("dropdown", "choice", choose, options=(NONE_CHOSEN,))
         self.add_upload(area, "upload", self.take)
         self.gui.add_html('<dockpose-live name="sequence" id="sequence"></dockpose-live>')
-        self._camera = LiveControls(app)
+        self._camera = None if app.given is None else LiveControls(app)  # else nothing live can be opened
         self._put_numbers()
         self._show_choice()
         app.close_sequence = self.close
@@ -123,7 +123,8 @@ class SequencePanel(Panel):
         if analysis.tracked_frame is None or self.app.player is None:
             return
         self._newest = analysis.tracked_frame
-        self._camera.show(analysis)
+        if self._camera is not None:
+            self._camera.show(analysis)
         self._put_numbers()
         if not self.app.is_playing:
             self._tell_whole()
@@ -131,7 +132,8 @@ class SequencePanel(Panel):
     def _reset(self) -> None:
         """Show that another sequence was opened, or none."""
         self.app.forget_frames()
-        self._camera.reset()
+        if self._camera is not None:
+            self._camera.reset()
         self._course, self._newest = next(self._courses), None
         self._show_choice()
         self._set_speed()

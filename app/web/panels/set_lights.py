@@ -43,6 +43,8 @@ class SetLights:
 
     def show(self, analysis: Analysis, serial: int) -> None:
         """Keep what is shown, and say which of the requests it has heeded."""
+        if serial != self._serial:
+            self._app.live.put(lightsRefused="")
         self._analysis, self._serial = analysis, serial
         if analysis.view.set_lights is self._newest:
             self._app.live.put(lightsHeard=[*self._heard])
@@ -60,13 +62,18 @@ class SetLights:
             if not (asked.goesOn and self._goes_on):
                 app.history.end_move()
             self._goes_on = asked.goesOn
+            app.live.put(lightsRefused="")
             app.change(partial(self._with, asked), client, reload=True)
         if app.view.set_lights is before:  # refused, or as it was: the browser shows again what holds
             app.live.put(lightsHeard=[*self._heard, asked.number])
             app.live.send()
 
     def _with(self, asked: Any, view: View) -> View:
-        after = with_set_lights(view, asked.at, asked.snap)
+        try:
+            after = with_set_lights(view, asked.at, asked.snap)
+        except ValueError as error:  # said at the picture, once, however many are clicked
+            self._app.live.put(lightsRefused=str(error))
+            return view
         self._newest: ByHand | None = after.set_lights
         self._heard.append(asked.number)
         return after

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from dockpose.app.inputs.received import below, folders_below, pictures_in, read_sent, step
+from dockpose.app.drawing.numbers import count
+from dockpose.app.inputs.received import below, clean_name, folders_below, pictures_in, read_sent, step
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
 from dockpose.app.state import scene as scenes
@@ -31,25 +32,29 @@ class SourcePanel(Panel):
 
     def __init__(self, app: Page) -> None:
         super().__init__(app)
-        self._kept, root = app.kept, app.options.folder
+        self._kept, root, self._together = app.kept, app.options.folder, list[str]()
         self._roots = {"folder": root, "beside": app.beside}
-        area, is_there = self.gui.add_folder(None), root is not None
+        area = self.gui.add_folder(None)
         with area:
             samples, none = (*sample_names(), OWN_PICTURE), (NONE_CHOSEN,)
             self._sample = self.add("dropdown", "sample", self._opening("samples"), options=samples)
             self._words = self.gui.add_html("", order=3.1)
             self._uploaded = self.add("dropdown", "uploaded", self._opening("uploads"), options=none)
             self._forget = self.add("button", "forget", self._forget_uploads)
-            folders = "." if root is None else folders_below(root)
-            with_folder = self.changing(lambda view: (self._list_files(None), view)[1], reload=False)
-            self._folder = self.add("dropdown", "folder", with_folder, options=tuple(folders), visible=is_there)
-            self._file = self.add("dropdown", "file", self._opening("folder"), options=none, visible=is_there)
-        self._choices = {"samples": self._sample, "uploads": self._uploaded, "folder": self._file}
+            self._choices = {"samples": self._sample, "uploads": self._uploaded}
+            if root is not None:
+                with_folder = self.changing(lambda view: (self._list_files(None), view)[1], reload=False)
+                self._folder = self.add("dropdown", "folder", with_folder, options=tuple(folders_below(root)))
+                self._choices["folder"] = self.add("dropdown", "file", self._opening("folder"), options=none)
         self.add_upload(area, "upload", self.changing_by_file(self._with_new_upload))
 
     def turn(self, by: int, client: Client) -> None:
-        """Show the picture ``by`` places further in the list."""
-        self.change(lambda view: self._turned(view, by), client, reload=True)
+        """Show the picture ``by`` places further in the list; at its end, say so."""
+        self.change(lambda view: self._turned(view, by, client), client, reload=True)
+
+    def expect(self, asked: Any, client: Client) -> None:
+        """Take note of pictures that are sent together: of these the first is to be shown."""
+        self._together = [clean_name(name) for name in asked.names]
 
     def load(self, view: View) -> None:
         """Show which list the picture is from."""
@@ -83,18 +88,19 @@ class SourcePanel(Panel):
         return view if root is None else with_file(view, below(root, name), name, list_name)
 
     def _with_new_upload(self, view: View, data: bytes, name: str) -> View:
-        shown = with_upload(view, data, name)
+        shown, together = with_upload(view, data, name), self._together
         self._kept.add(name, data)  # only what can be read is kept
-        return shown
+        is_later = view.list_name == "uploads" and {name, view.item} <= {*together}
+        return view if is_later and together.index(view.item) < together.index(name) else shown
 
     def _forget_uploads(self, client: Client) -> None:
         """Forget all that was sent; a sample takes the place of what is shown of it."""
 
         def without_uploads(view: View) -> View:
-            sentence = forgotten_sentence(len(self._kept.names()), self._kept.kept_bytes)
+            pictures, freed = count(len(self._kept.names()), "picture"), _megabytes(self._kept.kept_bytes)
             self._kept.make_room(0)
             self.app.memory.forget_picture()
-            client.add_notification("Uploads forgotten", sentence, color="green")
+            self.app.notify("Uploads forgotten", f"{pictures}, which frees {freed} of memory.", "green", client)
             is_sent = self.app.opened is not None and self.app.opened.folder is not None
             is_forgotten = view.list_name == "uploads" or is_sent
             return with_sample(view, sample_names()[0]) if is_forgotten else view
@@ -104,20 +110,20 @@ class SourcePanel(Panel):
     def _list_files(self, chosen: str | None) -> None:
         root = self._roots["folder"]
         if root is not None:
-            _fill(self._file, pictures_in(root, self._folder.value), chosen)
+            _fill(self._choices["folder"], pictures_in(root, self._folder.value), chosen)
 
-    def _turned(self, view: View, by: int) -> View:
+    def _turned(self, view: View, by: int, client: Client) -> View:
         root = self._roots.get(view.list_name)
         if root is not None:
             names = pictures_in(root, Path(view.item).parent.as_posix())
         else:
             names = {"samples": sample_names(), "uploads": self._kept.names()}.get(view.list_name, [])
-        return self._opened(view, view.list_name, step(names, view.item, by))
-
-
-def forgotten_sentence(pictures: int, size: int) -> str:
-    """Say how many pictures were forgotten and how much memory that frees."""
-    return f"{pictures} picture{'' if pictures == 1 else 's'} forgotten, which frees {_megabytes(size)} of memory."
+        name = step(names, view.item, by)
+        if name is None:
+            place = f"{view.source} is the {'last' if by > 0 else 'first'} of {len(names)} pictures."
+            words = place if view.item in names else f"{view.source} is in no list of pictures."
+            self.app.notify("No other picture", words, "yellow", client)
+        return self._opened(view, view.list_name, name)
 
 
 def _megabytes(size: int) -> str:
@@ -142,7 +148,6 @@ class SimulatorPanel(Panel):
                 self.add_sliders(SCENE_POSE)
             with self.gui.add_folder("Water and light", expand_by_default=False):
                 self.add_sliders(SCENE_WATER)
-                self.add_value("dropdown", "psf")
             with self.gui.add_folder("Disturbances", expand_by_default=False):
                 self.add_sliders(SCENE_DISTURBANCES)
                 self.add_value("text", "missing", reload=False)

@@ -114,10 +114,10 @@ class ChipsPanel(Panel):
         self._chips = {chip.label: chip for chip in found[:_MOST_CHIPS]}
         self.app.live.put(chips=[[chip.label, chip.hint, chip.opens] for chip in self._chips.values()])
 
-    def press(self, label: str, client: Client) -> None:
+    def press(self, asked: Any, client: Client) -> None:
         """Do what a chip says, if it is still there."""
-        if label in self._chips:
-            self.change(self._chips[label].press, client, reload=True)
+        if (chip := self._chips.get(asked.label)) is not None:
+            self.change(chip.press, client, reload=True)
 
 
 class BudgetPanel(Panel):
@@ -166,7 +166,6 @@ class TanksPanel(Panel):
         with self.gui.add_folder("My tank"):
             self._choice = self.add("dropdown", "choice", self._choose, options=(NOT_SAVED, *self._tanks.names()))
             self._name = self.add("text", "name")
-            self.add("button", "save", self.changing(self._saved))
             self._take = self.add("button", "take", self.changing(with_these_as_mine))
             self._forget = self.add("button", "forget", self.changing(self._forgotten))
 
@@ -196,8 +195,12 @@ class TanksPanel(Panel):
         if name != NOT_SAVED:
             self.change(lambda view: with_tank(view, self._tanks.get(name)), client, reload=True)
 
-    def _saved(self, view: View) -> View:
-        tank = self._tanks.save(view.tank, str(self._name.value))
+    def enter(self, asked: Any, client: Client) -> None:
+        """Save My tank under the name that was typed."""
+        self.change(partial(self._saved, asked.name), client, reload=True)
+
+    def _saved(self, name: str, view: View) -> View:
+        tank = self._tanks.save(view.tank, name)
         self.app.notify("Saved", tank_words(tank), "green", None)
         return with_tank(view, tank)
 

@@ -110,7 +110,7 @@ class Drawing:
 
 def drawing_of(analysis: Analysis) -> Drawing:
     """Return where everything is drawn of a result."""
-    found, view, tracked = analysis.estimate, analysis.view, analysis.tracked_frame
+    found, view, tracked = analysis.shown, analysis.view, analysis.tracked_frame
     radius, known = found.dock.radius, [*filter(None, (view.truth, view.measured_pose))]
     poses = [*known, *found.candidates]
     places = np.array([pose.position_m for pose in poses] or [(0.0, 0.0, _EMPTY * radius)])

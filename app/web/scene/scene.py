@@ -102,7 +102,7 @@ class Scene3D:
         self._looked_at: str | None = None
         self.drawn: Drawing | None = None
         self._viewpoints = Viewpoints(server)
-        self.look_from = self._viewpoints.look_from
+        self.fit = self._viewpoints.fit
         scene = server.scene
         scene.set_up_direction("-y")
         scene.set_global_visibility(False)  # until a browser has the rest of its page
@@ -143,7 +143,7 @@ class Scene3D:
         # While a simulated scene is changed, or a sequence goes on, it is the same one that is looked at.
         looked_at = view.list_name if view.list_name == "sequence" else view.source
         is_other, self._looked_at = self._looked_at != looked_at, looked_at
-        self._viewpoints.show(drawn.everything, drawn.docks, is_other=is_other)
+        self._viewpoints.show(drawn.everything, is_other=is_other)
 
     def _show_labels(self, placed: dict[str, Label]) -> None:
         for name, label in placed.items():

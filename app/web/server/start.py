@@ -15,7 +15,7 @@ from dockpose.app.web.server.guard import Guard, guarded
 from dockpose.app.web.server.journal import JOURNAL, log_failure, log_unhandled
 from dockpose.app.web.server.pages import own_pages
 from dockpose.app.web.server.protection import check_names, check_running, refuse_if
-from dockpose.app.web.server.values import ValueCheck
+from dockpose.app.web.server.values import passes
 
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{24}")
 _BYTES = 18  # 24 letters
@@ -31,7 +31,7 @@ def open_server(host: str, port: int, guard: Guard) -> viser.ViserServer:
     viser_private.log_failures_by(log_failure)
     viser_private.wake_from_the_loop()
     check_port_is_free(host, port)
-    viser_private.hear_only_values(ValueCheck().passes)
+    viser_private.hear_only_values(passes)
     with silence(), guarded(guard, own_pages()):
         server = viser.ViserServer(host=host, port=port, label="dockpose", verbose=False)
     try:

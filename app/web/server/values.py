@@ -4,45 +4,28 @@ viser takes any property and value and passes it on to all other browsers before
 does not fit into 64 bits would close them all.
 """
 
-import asyncio
 import math
 from collections.abc import Mapping
 from typing import Any
 
 import viser
 from dockpose.app.web.server.journal import JOURNAL
-from dockpose.app.web.server.viser_private import identity, send_value
+from dockpose.app.web.server.viser_private import send_value
 
 MOST_LETTERS = 10_000
 _MOST_WITHOUT_LIMITS = 1e9  # for controls that have none
-_SEND_BACK_S = 1.5  # a pause in typing: what is typed on the way to a number, as the 8 of 812, stays meanwhile
 
 
-class ValueCheck:
-    """Lets values through to their controls, and sends back the one in force where it does not."""
-
-    def __init__(self) -> None:
-        self._to_send_back: dict[tuple[int, str], asyncio.TimerHandle] = {}
-
-    def passes(self, client: viser.ClientHandle, control: Any, updates: Mapping[str, Any]) -> bool:
-        """Whether a control may be updated so by a browser; called on the event loop."""
-        place = client.client_id, identity(control)
-        if planned := self._to_send_back.pop(place, None):
-            planned.cancel()
-        is_value = isinstance(updates, Mapping) and list(updates) == ["value"]
-        reason = why_not(control, updates["value"]) if is_value else "no more than its value can be set"
-        if reason is None:
-            return True
-        JOURNAL.note(f"browser {client.client_id}", f"refused a value that is not taken: {reason}")
-
-        def send_back() -> None:
-            self._to_send_back.pop(place, None)
-            if send_value(client, control):
-                client.add_notification("Not taken", f"{control.label}: {reason}.", color="yellow")
-
-        if is_value and hasattr(control, "label"):
-            self._to_send_back[place] = asyncio.get_running_loop().call_later(_SEND_BACK_S, send_back)
-        return False
+def passes(client: viser.ClientHandle, control: Any, updates: Mapping[str, Any]) -> bool:
+    """Whether a control may be updated so by a browser, which else is sent the value in force; on the event loop."""
+    is_value = isinstance(updates, Mapping) and list(updates) == ["value"]
+    reason = why_not(control, updates["value"]) if is_value else "no more than its value can be set"
+    if reason is None:
+        return True
+    JOURNAL.note(f"browser {client.client_id}", f"refused a value that is not taken: {reason}")
+    if is_value and hasattr(control, "label") and send_value(client, control):
+        client.add_notification("Not taken", f"{control.label}: {reason}.", color="yellow")
+    return False
 
 
 def why_not(control: Any, value: Any) -> str | None:

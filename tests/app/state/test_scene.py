@@ -8,7 +8,7 @@ from dockpose.app.processing.analysis import analyse
 from dockpose.app.state import scene as scenes
 from dockpose.app.state import view as state
 from dockpose.app.state.parameters import put
-from dockpose.app.state.scene import with_missing, with_psf, with_scene, with_text
+from dockpose.app.state.scene import with_missing, with_scene, with_text
 from dockpose.app.web.panels.source import scene_bytes
 from dockpose.simulate import Scene, load_scene
 from dockpose.simulate.optics.psf import Psf
@@ -46,15 +46,11 @@ def test_camera_in_use_is_kept_while_the_scene_changes_and_can_be_taken_over(vie
     assert scene_of(taken).camera.fx == 800
 
 
-def test_presets_and_psf(view):
+def test_presets(view):
     assert [scenes.turbidity_of(water) for water in PRESETS.values()] == pytest.approx([0, 1 / 3, 2 / 3, 1])
     at = {"clear": 0, "tank": 0.33, "coastal": 0.67, "harbour": 1}  # where the slider has the measured waters
     assert {name: scene_of(put(view, "turbidity", place)).water for name, place in at.items()} == PRESETS
     assert scene_of(put(view, "turbidity", 0.34)).water not in PRESETS.values()
-    assert scene_of(with_psf(view, "gaussian")).psf.model == "gaussian"
-    for refused in ("mtf", ["voss"]):
-        with pytest.raises(ValueError, match=r"must be one of|belong together"):
-            with_psf(view, refused)
 
 
 @pytest.mark.parametrize(("text", "missing"), [("", ()), ("0, 3,3", (0, 3)), (" 9 1 ", (1, 9))])

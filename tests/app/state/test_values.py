@@ -11,7 +11,6 @@ PUT = {
     "missing": "0, 3",
     "paper": "uneven lighting",
     "port": True,
-    "psf": "The paper's",
     "text": "ROV 7",
     "tone": "srgb",
 }

@@ -104,15 +104,29 @@ def test_blank_is_never_zero_and_zero_never_blank(text, number):
     assert number is None or typed_number("z", number_text(number)) == number
 
 
-@pytest.mark.parametrize("text", ["T", "1t", "-", "1e400", "nan", "1 2", "1.2.3"])
+@pytest.mark.parametrize(
+    ("name", "text", "number"),
+    [
+        *[("z (cm)", "1,58 m", 158), ("z (cm)", "1.58m", 158), ("z (cm)", "-4 mm", -0.4), ("z (cm)", "12cm", 12)],
+        *[("Side (mm)", "2.4 cm", 24), ("θx (°)", "12°", 12), ("θx (°)", "−3 deg", -3), ("fx (px)", "700,5 px", 700.5)],
+    ],
+)
+def test_a_unit_that_is_typed_is_heeded(name, text, number):
+    assert typed_number(name, text) == pytest.approx(number, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"), [("z (cm)", "2 °"), ("z (cm)", "2 px"), ("θx (°)", "2 m"), ("fx (px)", "2 cm"), ("z (cm)", "m")]
+)
+def test_a_unit_of_something_else_is_refused(name, text):
+    with pytest.raises(UserError, match=f"is '{text}'; it must be a number"):
+        typed_number(name, text)
+
+
+@pytest.mark.parametrize("text", ["T", "1t", "-", "1e400", "nan", "1 2", "1.2.3", "1.5m", "1,58 x"])
 def test_what_is_no_number_is_refused_by_name(text):
     with pytest.raises(UserError, match=r"^Measured z is .*it must be a number"):
         typed_number("Measured z", text)
-
-
-@pytest.mark.parametrize("text", ["-", "−", ".", "-,"])
-def test_number_that_is_still_typed_is_blank(text):
-    assert typed_number("z", text, is_finished=False) is None
 
 
 def test_only_a_whole_pose_is_one():

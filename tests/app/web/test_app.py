@@ -1,16 +1,19 @@
 import socket
+import time
 from types import SimpleNamespace
 from typing import Any
 from urllib.request import urlopen
 
 import pytest
 from dockpose.app.state.parameters import put
-from dockpose.app.state.scene import with_psf
+from dockpose.app.state.scene import scene_of, with_scene
 from dockpose.app.web.app import App
-from dockpose.app.web.notifications import SHOWN_S, Notifications, together
+from dockpose.app.web.notifications import REFUSED, SHOWN_S, Notifications, together
 from dockpose.app.web.server import start as opening
 from dockpose.app.web.server.start import PortBusyError
+from dockpose.simulate.optics.psf import Psf
 from dockpose.thresholds import METHODS
+from msgspec.structs import replace as changed
 
 from tests.support.visitors import Visitor
 
@@ -162,7 +165,7 @@ def test_there_are_no_more_controls_than_people_can_know(app):
         kinds = [*visitor.kinds.values(), *visitor.buttons]
     controls = [kind for kind in kinds if kind not in NO_CONTROLS]
     our_own = 2  # hidden boxes, by which our elements talk
-    assert 100 < len(controls) - our_own <= 110
+    assert 80 < len(controls) - our_own <= 95
 
 
 def test_notices_in_a_rush_are_one_text():
@@ -182,13 +185,41 @@ def test_a_notice_that_grows_is_shown_as_long_again():
     assert told_s[0] == SHOWN_S < told_s[-1] < SHOWN_S + 1
 
 
+def test_a_refusal_goes_once_something_else_was_done_but_not_in_the_same_rush(monkeypatch):
+    notices, gone, now = Notifications(), [], [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    notice = SimpleNamespace(remove=lambda: gone.append(now[0]), _show=lambda: None)
+    client: Any = SimpleNamespace(client_id=1, add_notification=lambda *words, **props: notice)
+    notices.show(REFUSED, "cam.yaml is for 640 x 480", "red", client)
+    now[0] = 1.0  # the next of forty files, of which the third was refused
+    notices.withdraw()
+    assert gone == []
+    now[0] = 5.0
+    notices.withdraw()
+    notices.withdraw()
+    assert gone == [5.0]
+    notices.show("Saved", "Pool A", "green", client)
+    now[0] = 20.0
+    notices.withdraw()
+    assert gone == [5.0]
+
+
+def test_the_same_sentence_is_told_once():
+    notices, notice = Notifications(), SimpleNamespace(_show=lambda: None)
+    client: Any = SimpleNamespace(client_id=1, add_notification=lambda *words, **props: notice)
+    for sentence in ("a", "b", "b"):
+        notices.show("No other picture", sentence, "yellow", client)
+    assert notice.body == "a | b"
+
+
 def test_scene_that_cannot_be_rendered_is_told_and_leaves_what_was_shown(app, monkeypatch):
     told = []
     monkeypatch.setattr(app, "report", lambda error, client: told.append(str(error)))
     assert app.wait_until_idle(120)
     before = app.view
     far = put(before, "z_cm", 2000)
-    app.change(lambda _: with_psf(put(far, "turbidity", 1), "hou"))
+    murky = put(far, "turbidity", 1)
+    app.change(lambda _: with_scene(murky, changed(scene_of(murky), psf=Psf(model="hou"))))
     assert app.wait_until_idle(120)
     assert "Hou" in told[0]
     assert app.view is before

@@ -12,7 +12,6 @@ from dockpose.pose.known import KnownPose
 from dockpose.thresholds import METHODS
 
 from tests.support.methods import registered
-from tests.support.poses import with_sigmas
 
 
 def test_threshold_and_what_was_thrown_out_are_said(analysis):
@@ -60,18 +59,12 @@ def test_a_method_that_fails_is_named_where_the_level_would_stand(analysis):
 def test_status_line_is_what_is_always_in_view(analysis):
     line = status_line(replace(analysis.estimate, elapsed_ms=1.26))
     assert line.startswith("10 lights | HATS level ")
-    assert " | pose A 100 %, " in line
-    # With a diameter and a focal length known to 0.3 % each, at 1.1 m.
-    assert " m ± 0.005 | " in line
-    vague = with_sigmas(analysis.estimate.selected, (0.01, 0.01, 0.0042))
-    choice = replace(analysis.estimate.choice, candidates=(vague, analysis.estimate.candidates[1]))
-    assert " m ± 0.004 | " in status_line(replace(analysis.estimate, choice=choice))
-    assert line.endswith(" | 1.3 ms")
+    assert line.endswith(" | pose A | 1.3 ms")
 
 
 def test_status_line_and_advice_where_nothing_is_found(analysis):
     found = analyse(with_method(analysis.view, "fixed", 255)).estimate
-    assert "0 lights | Fixed level 255 | no pose (" in status_line(found)
+    assert status_line(found).startswith("0 lights | Fixed level 255 | ")
     assert advice(found).startswith("Try ")
     assert "Try " not in status_line(found)  # the words above the picture say it
     assert advice(analysis.estimate) == ""

@@ -3,10 +3,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dockpose.app.processing.analysis import analyse
+from dockpose import Track, Tracked
+from dockpose.app.processing.analysis import Analysis, TrackedFrame, Trajectory, analyse
+from dockpose.app.processing.following import chosen_by_track
 from dockpose.app.state.changes import with_method
 from dockpose.app.web.html import result_cells, sigma_cells
+from dockpose.app.web.panels.detect import details_html
 from dockpose.app.web.panels.picture import COLUMNS, place_html, status_html, table_html
+from dockpose.app.web.scene.drawing import drawing_of
+from dockpose.sources import Frame
 
 from tests.support.poses import with_sigmas
 
@@ -61,3 +66,20 @@ def test_outside_text_is_escaped(analysis):
     page = status_html(replace(analysis, view=view, estimate=estimate))
     assert "<img" not in page
     assert page.count("&lt;img") == 3
+
+
+@pytest.mark.parametrize("index", [0, 1])
+def test_a_pose_of_a_sequence_is_as_likely_everywhere_as_its_frames_together_have_it(analysis, index):
+    found, view = analysis.estimate, analysis.view
+    track = Track(0.88, 3, predicted=False, lost=False, number=1)
+    tracked = Tracked(found, track, index, None, found.candidates[index], found.candidates[index], index)
+    frame = TrackedFrame(Frame(view.image, 2, 0.2, "x"), tracked, Trajectory())
+    frame.trajectory.note(frame.frame, tracked)
+    told = Analysis(view, chosen_by_track(tracked), frame)
+    assert "88 % likely" in told.trust.sentence  # what the verdict says
+    chosen, other = ("AB"[index], 88), ("BA"[index], 12)
+    for name, likely in (chosen, other):
+        assert drawing_of(told).labels[name].text == f"{name} {likely} %"
+        row = re.findall(rf"[●○]</span> {name}.*?</tr>", table_html(told))[0]
+        assert re.findall("<td.*?>(.*?)</td>", row)[5] == f"{likely}.0"
+    assert not re.search(r"(100|\b0)\.0<", re.findall(r"likely \(%\).*?</tr>", details_html(told.shown))[0])

@@ -8,7 +8,7 @@ from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_method
 from dockpose.app.state.view import MeasuredPose
 from dockpose.app.web.scene import drawing as drawn
-from dockpose.app.web.scene.viewpoints import NAMES, viewpoint
+from dockpose.app.web.scene.viewpoints import viewpoint
 from dockpose.camera.port import FlatPort
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import Pose, Scene, render
@@ -71,12 +71,11 @@ def seen(place, points, aspect):
     return (x > 0) & (x < aspect) & (y > 0) & (y < 1)
 
 
-@pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("aspect", [0.3, 0.55, 1.0, 2.5])
 @pytest.mark.parametrize("depth", [0.2, 1.0, 15.0])
-def test_camera_and_docks_are_seen_from_every_viewpoint(name, aspect, depth):
+def test_camera_and_docks_are_seen(aspect, depth):
     corners = np.array([[x, y, z] for x in (-0.4, 0.3) for y in (-0.2, 0.5) for z in (0.0, depth)])
-    assert seen(viewpoint(name, corners, aspect), corners, aspect).all()
+    assert seen(viewpoint(corners, aspect), corners, aspect).all()
 
 
 def test_near_places_are_drawn_where_they_are_and_far_ones_nearer_in_their_order():

@@ -7,7 +7,7 @@ import pytest
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.view import MeasuredPose, open_source, with_sample
 from dockpose.app.web.scene.drawing import drawing_of
-from dockpose.app.web.scene.viewpoints import CLOSE_UP, FOV_RAD, NAMES, viewpoint
+from dockpose.app.web.scene.viewpoints import FOV_RAD, viewpoint
 from dockpose.camera.port import FlatPort
 from dockpose.simulate import Pose, Scene, render
 from dockpose.simulate.optics.water import preset
@@ -62,11 +62,10 @@ def analysis(request):
 
 
 @pytest.mark.parametrize("size", [(597, 353), (840, 497), (390, 228), (820, 362), (1024, 197)])
-@pytest.mark.parametrize("name", NAMES)
-def test_labels_are_apart_and_in_view(analysis, name, size):
+def test_labels_are_apart_and_in_view(analysis, size):
     drawn = drawing_of(analysis)
     assert {"A", "B", "truth", "measured", "camera", "x", "y", "z"} <= set(drawn.labels)
-    place = viewpoint(name, drawn.docks if name == CLOSE_UP else drawn.everything, size[0] / size[1])
+    place = viewpoint(drawn.everything, size[0] / size[1])
     points = on_screen(place, np.array([label.position for label in drawn.labels.values()]), *size)
     boxes = {
         key: box(label, at)
@@ -76,7 +75,7 @@ def test_labels_are_apart_and_in_view(analysis, name, size):
     docks = {"A", "B", "truth", "measured"}
     for one, other in itertools.combinations(boxes, 2):
         assert not touch(boxes[one], boxes[other]), (one, other)
-    for key in docks | (set() if name == CLOSE_UP else {"camera"}):
+    for key in docks | {"camera"}:
         left, top, right, bottom = boxes[key]
         assert 0 <= left <= right <= size[0], key
         assert 0 <= top <= bottom <= size[1], key

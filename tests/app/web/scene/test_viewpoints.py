@@ -51,14 +51,14 @@ def shown() -> tuple[places.Viewpoints, Any]:
     )
     viewpoints = places.Viewpoints(server)
     docks = docks_at(0, 0, 1)
-    viewpoints.show(with_camera(docks), docks, is_other=True)
+    viewpoints.show(with_camera(docks), is_other=True)
     for callback in connected:
         callback(browser)
     return viewpoints, browser
 
 
 def show(viewpoints, docks, *, is_other=False):
-    viewpoints.show(with_camera(docks), docks, is_other=is_other)
+    viewpoints.show(with_camera(docks), is_other=is_other)
 
 
 def test_dock_that_leaves_the_view_is_followed_and_one_that_does_not_leaves_it_alone(shown):
@@ -83,7 +83,7 @@ def test_scene_that_was_turned_by_hand_stays(shown):
     browser.camera.position = turned = browser.camera.position + (0.3, 0, 0)
     show(viewpoints, docks_at(1.5, -0.5, 3))
     assert browser.camera.position is turned
-    viewpoints.look_from(browser, places.OVERVIEW)  # the button
+    viewpoints.fit(browser)  # the button
     assert browser.sees(docks_at(1.5, -0.5, 3))
     show(viewpoints, docks_at(-1.5, 0.5, 3))  # and from then on it is followed again
     assert browser.sees(docks_at(-1.5, 0.5, 3))
@@ -93,21 +93,11 @@ def test_another_picture_is_fitted_anew_unless_the_scene_was_turned_by_hand(show
     viewpoints, browser = shown
     show(viewpoints, docks_at(0, 0, 1.05), is_other=True)
     np.testing.assert_allclose(
-        browser.camera.position, places.viewpoint(places.OVERVIEW, with_camera(docks_at(0, 0, 1.05)), 0.6).position
+        browser.camera.position, places.viewpoint(with_camera(docks_at(0, 0, 1.05)), 0.6).position
     )
     browser.camera.position = turned = browser.camera.position + (0.1, 0, 0)
     show(viewpoints, docks_at(1.5, -0.5, 3), is_other=True)
     assert browser.camera.position is turned
-
-
-def test_chosen_viewpoint_is_kept_for_other_pictures(shown):
-    viewpoints, browser = shown
-    viewpoints.look_from(browser, places.CLOSE_UP)
-    docks = docks_at(0.4, 0.2, 2)
-    show(viewpoints, docks, is_other=True)
-    expected = places.viewpoint(places.CLOSE_UP, docks, 0.6)
-    np.testing.assert_allclose(browser.camera.position, expected.position)
-    assert browser.sees(docks)
 
 
 def test_window_of_another_shape_is_fitted_with_the_next_result(shown):
@@ -118,10 +108,9 @@ def test_window_of_another_shape_is_fitted_with_the_next_result(shown):
 
 
 @pytest.mark.parametrize("aspect", [0.3, 1.0, 2.5])
-def test_close_up_shows_the_docks_larger_than_the_whole(aspect):
-    docks = docks_at(0.2, -0.1, 3)
-    close = places.viewpoint(places.CLOSE_UP, docks, aspect)
-    whole = places.viewpoint(places.OVERVIEW, with_camera(docks), aspect)
-    assert in_view(close, aspect, docks)
-    distances = [np.linalg.norm(place.position - (0.2, -0.1, 3)) for place in (close, whole)]
-    assert distances[0] < distances[1] / 2
+def test_all_is_in_view_and_no_nearer_place_has_it(aspect):
+    points = with_camera(docks_at(0.2, -0.1, 3))
+    place = places.viewpoint(points, aspect)
+    nearer = place.look_at + 0.6 * (place.position - place.look_at)
+    assert in_view(place, aspect, points)
+    assert not in_view(places.Viewpoint(nearer, place.look_at), aspect, points)

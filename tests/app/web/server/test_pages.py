@@ -1,7 +1,6 @@
 import re
 
 import pytest
-from dockpose.app.web.panels.source import forgotten_sentence
 from dockpose.app.web.server.pages import help_page, own_pages
 
 SECTIONS = (
@@ -21,8 +20,3 @@ def test_the_help_says_what_the_study_found():
     text = pages["/help"].body.decode()
     assert "simulated scenes of seed" in text
     assert "study.html" not in text
-
-
-def test_forgotten_uploads_are_counted():
-    assert forgotten_sentence(1, 2**20) == "1 picture forgotten, which frees 1.0 MB of memory."
-    assert forgotten_sentence(12, 0) == "12 pictures forgotten, which frees 0.0 MB of memory."

@@ -109,6 +109,7 @@ def test_lights_that_cannot_be_set_are_refused_once_at_the_picture(page):
         page.page.mouse.click(stage["x"] + 60 + 40 * step, stage["y"] + stage["height"] - 90)
         page.page.locator(".refused", has_text="11 lights are set, and the dock has 10").wait_for()
     assert page.page.locator(".refused").count() == 1
+    assert page.page.locator("dockpose-picture .frame").evaluate("one => getComputedStyle(one).opacity") == "1"
     assert notices(page) == before
     page.page.locator("dockpose-picture [data-do=hand]").click()
     page.page.locator(".refused").wait_for(state="detached")

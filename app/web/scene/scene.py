@@ -112,7 +112,7 @@ class Scene3D:
         self._grid = scene.add_grid(
             "/grid", plane="xz", cell_color=_GREY, cell_thickness=0.5, section_color=_GREY, fade_strength=0.5
         )
-        self._grid_label = scene.add_label("/grid/label", "", anchor="top-center")
+        self._grid_label = scene.add_label("/grid/label", "", anchor="bottom-center")
         no_lines = np.zeros((1, 2, 3))
         axes = np.stack([np.zeros((3, 3)), np.eye(3) / 3], axis=1)
         self._axes = add_lines(scene, "/camera/axes", axes, np.repeat(_AXIS_COLOURS[:, None], 2, axis=1), 2.5)

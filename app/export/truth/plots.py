@@ -1,5 +1,7 @@
 """Plots of results beside a trajectory: errors by range, both paths, and the clocks."""
 
+from typing import TYPE_CHECKING, cast
+
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE
 from dockpose.app.drawing.figures import new_figure
@@ -7,6 +9,9 @@ from dockpose.app.drawing.numbers import QUANTITIES
 from dockpose.app.export.truth.results import Results
 from dockpose.truth import TrajectoryComparison
 from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from mpl_toolkits.mplot3d import Axes3D
 
 _UNITS = np.array([100, 100, 100, np.degrees(1), np.degrees(1)])
 _BAND = 1.96  # standard errors of an interval of 95 %
@@ -57,6 +62,20 @@ def path_figure(found: TrajectoryComparison, results: Results) -> Figure:
     return figure
 
 
+def space_figure(found: TrajectoryComparison, results: Results) -> Figure:
+    """Both ways of the camera in the trajectory's world, in 3D."""
+    figure = new_figure(6.0, 5.0, layout="constrained")
+    axes = cast("Axes3D", figure.add_subplot(projection="3d"))
+    axes.plot(*found.true_camera_m.T, color=ORANGE, linewidth=1.2, label="trajectory")
+    axes.plot(*found.camera_m.T, ".", color=BLUE, markersize=2, label="results")
+    if found.dock_in_world.position_m is not None:
+        axes.plot(*np.reshape(found.dock_in_world.position_m, (3, 1)), "*", color=GREEN, markersize=9, label="dock")
+    axes.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.legend(fontsize=8)
+    return figure
+
+
 def clock_figure(found: TrajectoryComparison, results: Results) -> Figure:
     """By which time each frame alone is off, once offset and drift are taken out."""
     figure = new_figure(9.0, 2.6, layout="constrained")
@@ -75,5 +94,6 @@ def clock_figure(found: TrajectoryComparison, results: Results) -> Figure:
 FIGURES = {
     "errors": ("Error by range", error_figure),
     "paths": ("Both paths", path_figure),
+    "space": ("Both paths in 3D", space_figure),
     "clocks": ("What is left of the clocks", clock_figure),
 }

@@ -126,10 +126,10 @@ def test_what_is_given_is_held(lab, moved, capsys):
 def test_report_tables_and_plots(lab, found, moved):
     assert main(["check", "film.jsonl", "--truth", "truth.txt", "--report", "report"]) == 0
     names = {path.name for path in (lab / "report").iterdir()}
-    figures = {f"{stem}.{kind}" for stem in ("errors", "paths", "clocks") for kind in ("svg", "png")}
+    figures = {f"{stem}.{kind}" for stem in ("errors", "paths", "space", "clocks") for kind in ("svg", "png")}
     assert names == {"report.html", "compared.json", "frames.csv", "bands.csv", "table.tex", *figures}
     page = (lab / "report/report.html").read_text()
-    assert page.count("<svg") == 3
+    assert page.count("<svg") == 4
     assert "Root mean square error" in page
     assert "<script" not in page
     rows = table_of(lab / "report/frames.csv")

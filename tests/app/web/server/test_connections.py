@@ -40,7 +40,7 @@ def follow(one, other):
 
 def test_two_browsers_that_come_at_once_both_get_their_buttons(visitors):
     one, other = visitors
-    assert one.until(lambda page: len(page.buttons) == 6)
+    assert one.until(lambda page: len(page.buttons) == 7)
     assert other.until(lambda page: set(page.buttons) == set(one.buttons))
     assert set(one.buttons.values()) & set(other.buttons.values()) == set()
 

@@ -91,8 +91,8 @@ FIGURES := $(foreach part,readme variety speed limits choice,tests/bench/bench_$
 bench-readme: $(VENV)/.test
 	$(BIN)/python -m pytest $(FIGURES) -s -o python_files='bench_*.py' -o faulthandler_timeout=0
 
-# The benches on which README and notes rest: each fails where a figure that is reached is lost. Ten minutes on two cores.
-BENCHES := $(foreach part,built seen follow choice chosen coverage total centres hand,tests/bench/bench_$(part).py)
+# The benches on which README and notes rest: each fails where a figure that is reached is lost. Eleven minutes on two cores.
+BENCHES := $(foreach part,built seen follow choice chosen coverage total centres hand truth,tests/bench/bench_$(part).py)
 BENCHES += tests/bench/bench_no_dock.py::test_of_an_unknown_number_nothing_is_surely_a_dock_where_there_is_none
 benches: $(VENV)/.test
 	$(BIN)/python -m pytest $(BENCHES) -s -o python_files='bench_*.py' -o faulthandler_timeout=0

@@ -9,8 +9,8 @@ from dockpose.pose.known import AGREES_RAD
 from dockpose.truth.curve import Curve
 from dockpose.truth.fit import Fit, fit, refined
 from dockpose.truth.model import DRIFT, LEVER, NORMAL, OFFSET, PLACE, SCALE, TURN, Frames
-from dockpose.truth.report import Judged, trajectory_errors
-from dockpose.truth.sight import camera_poses, views_of
+from dockpose.truth.report import Judged, trajectory_errors, unseen
+from dockpose.truth.sight import camera_poses, views_of, with_errors
 from dockpose.truth.trajectory import DockTrack, Placement, Trajectory
 from scipy.spatial.transform import Rotation
 
@@ -138,6 +138,7 @@ def compare_trajectory(
         raise ValueError(f"{truth.name} has no attitudes; without them nothing tells where the dock is in the camera")
     if len(truth.times_s) < _FEWEST:
         raise ValueError(f"{truth.name} has {len(truth.times_s)} poses; {_FEWEST} are needed")
+    results, filled = with_errors(results)
     curve = Curve(truth)
     frames = Frames.of(results, curve)
     if offset_s is not None:
@@ -185,7 +186,7 @@ def compare_trajectory(
         *drift,
         *_placements(best, mount, dock_in_world),
         *_scale(best),
-        (*truth.notes, *_notes(best, given)),
+        (*truth.notes, *_notes(best, given), *filled, *unseen(report)),
         errors,
         np.sqrt(np.diagonal(claimed, axis1=1, axis2=2)),
         places_m,

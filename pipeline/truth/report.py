@@ -176,6 +176,18 @@ def trajectory_errors(times_s: np.ndarray, seen: np.ndarray, true: np.ndarray) -
     }
 
 
+def unseen(report: dict[str, Any]) -> list[str]:
+    """A sentence where the trajectory is worse than what it shall judge."""
+    noise, rms = report["truth_noise"], report["right"]["rms"]
+    worse = [name for name in noise if rms is not None and noise[name] > rms[name]]
+    if not worse:
+        return []
+    text = ", ".join(f"{name.rpartition('_')[0]} by {noise[name]:.2g} {name.rpartition('_')[2]}" for name in worse)
+    return [
+        f"The trajectory itself is off in {text}, more than the docks: how small their errors are, it hardly tells."
+    ]
+
+
 def _rms(values: np.ndarray) -> float | None:
     return float(np.sqrt((values**2).mean())) if len(values) > 0 else None
 

@@ -1,9 +1,34 @@
 """What the camera should have seen by a trajectory, and where it is by what it saw."""
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
+from dockpose.pose.known import AGREES_RAD, AGREES_SHARE
 from dockpose.pose.uncertainty import cross
 from dockpose.truth.model import Frames, Setup
 from dockpose.truth.trajectory import DockTrack
+
+_LEAST_M2 = 1e-14  # beside variances, so that those of exact numbers can be inverted
+
+
+def with_errors(results: DockTrack) -> tuple[DockTrack, list[str]]:
+    """The docks with a standard error where none is known, and a sentence that says so."""
+    known = np.isfinite(results.positions_m).all(axis=1)
+    range_m, lacking = np.linalg.norm(results.positions_m, axis=1), 0
+    changed: dict[str, Any] = {}
+    for name in ("covariances", "covariances_total"):
+        if getattr(results, name) is not None:
+            whole = getattr(results, name) + _LEAST_M2 * np.eye(5)
+            bad = ~np.isfinite(whole).all(axis=(1, 2))
+            bad[~bad] = np.linalg.eigvalsh(whole[~bad])[:, 0] <= 0
+            guess = np.where(np.isnan(range_m), 1.0, AGREES_SHARE * range_m)[:, None] * [1, 1, 1, 0, 0]
+            guess[:, 3:] = AGREES_RAD
+            changed[name] = np.where(bad[:, None, None], guess[:, :, None] ** 2 * np.eye(5), whole)
+            lacking = max(lacking, int((bad & known).sum()))
+    said = f"{lacking} docks have no standard errors: {100 * AGREES_SHARE:g} % of the range and "
+    said += f"{np.degrees(AGREES_RAD):g} degrees are taken, and their intervals say nothing."
+    return replace(results, **changed), [said] if lacking else []
 
 
 def views_of(results: DockTrack, places_m: np.ndarray, normals: np.ndarray) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Clocks, mount, dock and scale found beside a trajectory: by hand, at random, and what the motion cannot tell."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,8 @@ from dockpose.truth import DockTrack, Placement, Trajectory, compare_trajectory
 from scipy.spatial.transform import Rotation
 
 from tests.support.moving import MOUNT, draw
+
+NOISES = ((2e-4, 0.2), (1e-5, 0.001))  # metres and degrees
 
 
 @pytest.fixture(scope="module")
@@ -140,6 +143,21 @@ def test_what_the_motion_cannot_tell_is_said_and_left_out(path, untold, seed):
         "scale": "scale",
     }
     assert all(words[name] in told for name in untold & set(words))
+
+
+def test_docks_without_standard_errors_are_compared_and_that_is_said():
+    moved = draw(4)
+    unknown = np.where(np.arange(1200)[:, None, None] < 300, np.nan, moved.results.covariances)
+    found = compare_trajectory(replace(moved.results, covariances=unknown), moved.truth)
+    assert found.offset_s == pytest.approx(3.7, abs=2e-3)
+    assert any("300 docks have no standard errors" in note for note in found.notes)
+    json.dumps(found.to_dict(), allow_nan=False)
+
+
+def test_a_trajectory_that_is_worse_than_the_docks_is_told():
+    worse, better = (compare_trajectory((m := draw(4, truth_noise=noise)).results, m.truth) for noise in NOISES)
+    assert any("trajectory itself is off in x by" in note for note in worse.notes)
+    assert not any("trajectory itself" in note for note in better.notes)
 
 
 def test_another_films_trajectory_is_refused():

@@ -13,8 +13,9 @@ _OPEN = np.array([0.05, 2e-4, *[0.05] * 3, *[0.05] * 6, 0.05, 0.05, 0.05])
 _LEAST = 3.0  # singular value, in standard deviations for each of these, of a direction that is told
 _MEDIAN = 4.35  # of the squared length of five standard normal numbers
 _OUT = 40.0  # squared length from which a frame does not count, where the covariances are as they say
-_SHARED = 0.02  # share of a direction that is not told, by which a number is not told either
+_SHARED = 1e-6  # share of a direction that is not told, by which a number is not told either
 _PLACES = {"offset_s": OFFSET, "mount": TURN, "lever_m": LEVER, "dock_m": PLACE, "normal": NORMAL}
+_AS_WELL = 0.3  # difference of costs below which another setup fits as well
 _UNKNOWN = 1e4  # squared length that a frame counts in which there is no truth
 _TOGETHER = 10.0  # widths of the trajectory's smoothing over which errors may go together
 _ROUNDS, _AT_MOST = 30, 12_000
@@ -38,9 +39,14 @@ def fit(frames: Frames, curve: Curve, given: dict[str, Any]) -> Fit:
         free[_PLACES[name]] = 0.0
     thin = frames.some(np.arange(0, len(frames.times_s), 1 + len(frames.times_s) // 400))
     tried = [replace(one, **given) for one in starts(frames, curve, given.get("offset_s"))]
-    best = min((refined(thin, one, free, 10) for one in tried), key=lambda one: _cost(thin.against(one.setup), 1.0))
+    found = [refined(thin, one, free, 15).setup for one in tried]
+    costs = np.array([_cost(thin.against(one), 1.0) for one in found])
+    best = found[int(costs.argmin())]
+    # As well fits, after half a period of a motion that repeats itself, a camera that is turned around.
+    rivals = [one.minus(best) for one, cost in zip(found, costs, strict=True) if cost < costs.min() + _AS_WELL]
     rows = np.arange(0, len(frames.times_s), 1 + len(frames.times_s) // _AT_MOST)
-    return refined(frames.some(rows), best.setup, free)
+    last = refined(frames.some(rows), best, free)
+    return replace(last, told=last.told & (np.abs(rivals) < _OPEN).all(axis=0))
 
 
 def refined(frames: Frames, setup: Setup, free: np.ndarray, rounds: int = _ROUNDS) -> Fit:

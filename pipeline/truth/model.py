@@ -42,6 +42,14 @@ class Setup:
             self.log_scale + step[SCALE],
         )
 
+    def minus(self, other: "Setup") -> np.ndarray:
+        """The step (14,) that leads here from another setup, of the normal to first order."""
+        turn = Rotation.from_matrix(other.mount.T @ self.mount).as_rotvec()
+        clocks = [self.offset_s - other.offset_s, self.drift - other.drift]
+        across = other.basis.T @ (self.normal - other.normal)
+        lengths = [*(self.lever_m - other.lever_m), *(self.dock_m - other.dock_m)]
+        return np.array([*clocks, *turn, *lengths, *across, self.log_scale - other.log_scale])
+
 
 @dataclass(frozen=True)
 class Frames:

@@ -87,11 +87,9 @@ def _run_against_trajectory(arguments: argparse.Namespace) -> int:
         lines = open_lines(arguments.json, "--json", files)
         results = read_results(arguments.session)
         truth = read_trajectory(arguments.truth, columns=arguments.columns, topic=arguments.topic)
-        held = {"offset_s": arguments.offset} | {
-            name: _placement(f"--{name.replace('_', '-')}", getattr(arguments, name)) for name in _HELD
-        }
+        held = {name: _placement(f"--{name.replace('_', '-')}", getattr(arguments, name)) for name in _HELD}
         with blaming(f"{arguments.session}: "):
-            found = compare_trajectory(results.track, truth, **held)
+            found = compare_trajectory(results.track, truth, offset_s=arguments.offset, **held)
         compared = Compared(arguments.session.name, truth.name, results, found)
         if lines is not None:
             lines.write(to_json(compared.report).decode())

@@ -81,11 +81,17 @@ FILES = (
 )
 
 
+def known(numbers: np.ndarray | None) -> np.ndarray:
+    """What a track or a trajectory need not have, but has here."""
+    assert numbers is not None
+    return numbers
+
+
 def result_lines(results: DockTrack) -> str:
     """Docks as lines of schema 1, as far as a comparison reads them."""
     lines = []
-    places = np.stack([results.positions_m, results.other_positions_m], axis=1)
-    normals = np.stack([results.normals, results.other_normals], axis=1)
+    places = np.stack([results.positions_m, known(results.other_positions_m)], axis=1)
+    normals = np.stack([results.normals, known(results.other_normals)], axis=1)
     for row, time_s in enumerate(results.times_s.tolist()):
         turned = rotation_from_angles(*angles_of(results.normals[row]))
         by = np.zeros((6, 5))
@@ -96,13 +102,13 @@ def result_lines(results: DockTrack) -> str:
             for one in (0, 1)
         ]
         candidates[0]["covariance_m_rad"] = spread.tolist()
-        known = {"camera": results.camera, "dock": results.dock, "source": "film.mkv", "frame": row}
-        line = {"schema": 1, "time_s": time_s, "candidates": candidates, "selected": 0, "sha256": None, **known}
+        about = {"camera": results.camera, "dock": results.dock, "source": "film.mkv", "frame": row}
+        line = {"schema": 1, "time_s": time_s, "candidates": candidates, "selected": 0, "sha256": None, **about}
         lines.append(msgspec.json.encode(line).decode())
     return "\n".join(lines) + "\n"
 
 
 def tum_lines(truth: Trajectory) -> str:
     """A trajectory in TUM's form."""
-    rows = np.column_stack([truth.times_s, truth.positions_m, truth.quaternions_xyzw])
+    rows = np.column_stack([truth.times_s, truth.positions_m, known(truth.quaternions_xyzw)])
     return "".join(" ".join(f"{number:.9f}" for number in row) + "\n" for row in rows)

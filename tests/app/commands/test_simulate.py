@@ -17,6 +17,7 @@ from dockpose.truth import read_trajectory
 from scipy.spatial.transform import Rotation
 
 from tests.support.scenes import CAMERA, DOCK
+from tests.support.trajectories import known
 
 SMALL = Camera(175.0, 175.0, 79.5, 59.5, 160, 120)
 SCENE = Scene(camera=SMALL, dock=DOCK, pose=Pose(position_m=(0.05, 0.02, 0.9), theta_y_deg=20.0), seed=5)
@@ -58,7 +59,7 @@ def test_the_truth_as_a_trajectory_has_the_camera_in_the_docks_frame(desk):
     found, table = read_trajectory(desk / "o/truth.tum"), rows(desk / "o/truth.csv")
     assert found.times_s.tolist() == [0.0, 0.25, 0.5]
     assert found.notes == ()
-    for place, turn, row in zip(found.positions_m, found.quaternions_xyzw, table, strict=True):
+    for place, turn, row in zip(found.positions_m, known(found.quaternions_xyzw), table, strict=True):
         # The dock, which is that frame's origin, as the camera sees it.
         docked = Rotation.from_quat(turn).inv()
         assert docked.apply(-place) == pytest.approx([float(row[f"{axis}_m"]) for axis in "xyz"], abs=1e-6)

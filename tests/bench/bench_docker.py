@@ -80,6 +80,8 @@ def build(container):
             check=False,
         )
         assert done.returncode == 0, done.stderr
+    size = sum(path.lstat().st_size for path in (container / "opt").rglob("*") if not path.is_dir()) / 1e6
+    print(f"{size:.0f} MB above the base image")
 
 
 def start(container):

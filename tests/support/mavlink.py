@@ -1,9 +1,10 @@
-"""A receiver of MAVLink in another process, which tells each message as JSON, and asks for the time if told to."""
+"""A receiver of MAVLink in another process, which tells each message as JSON, and may speak as an autopilot."""
 
 import contextlib
 import json
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -28,8 +29,9 @@ class Received:
 
 
 @contextlib.contextmanager
-def receiving() -> Iterator[Received]:
-    command = [sys.executable, "-m", "tests.support.mavlink"]
+def receiving(*attitude: float) -> Iterator[Received]:
+    """A receiver; with a roll and a pitch it is an ArduPilot, whose heartbeat and ATTITUDE come ten times a second."""
+    command = [sys.executable, "-m", "tests.support.mavlink", *map(str, attitude)]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     try:
@@ -47,15 +49,20 @@ def main() -> None:
 
     link: Any = mavutil.mavlink_connection("udpin:127.0.0.1:0", dialect="ardupilotmega")
     print(link.port.getsockname()[1], flush=True)
-    has_asked = False
+    has_asked, attitude, due_s = False, [float(word) for word in sys.argv[1:]], 0.0
     while True:
-        message = link.recv_match(blocking=True)
+        message = link.recv_match(blocking=True, timeout=0.1 if attitude else None)
+        if attitude and has_asked and time.monotonic() > due_s:
+            due_s = time.monotonic() + 0.1
+            link.mav.srcSystem = link.mav.srcComponent = 1
+            link.mav.heartbeat_send(12, 3, 0, 0, 4)
+            link.mav.attitude_send(0, *attitude, 0.0, 0.0, 0.0, 0.0)
         if message is None:
             continue
         if not has_asked:
             link.mav.timesync_send(0, 1234567890)
             has_asked = True
-        about = {"system": message.get_srcSystem(), "component": message.get_srcComponent()}
+        about = {"at_s": time.time(), "system": message.get_srcSystem(), "component": message.get_srcComponent()}
         print(json.dumps(message.to_dict() | about), flush=True)
 
 

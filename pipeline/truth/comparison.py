@@ -41,7 +41,7 @@ class TrajectoryComparison:
     sigmas : (N, 5) float array, metres and radians
         Standard errors that the results claim for these.
     true_positions_m, true_normals : (N, 3) float array, metres
-        The dock in the camera by the trajectory, divided by the scale; NaN where it has a gap.
+        The dock in the camera by the trajectory; NaN where it has a gap.
     camera_m, true_camera_m : (N, 3) float array, metres
         The camera in the trajectory's frame, by the results and by the trajectory.
     clock_residuals_s : (N,) float array, seconds

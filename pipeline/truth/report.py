@@ -127,9 +127,9 @@ class Judged:
         nees = (errors * np.linalg.solve(claimed, errors[:, :, None])[:, :, 0]).sum(axis=1) / 5
         return {
             "count": int(which.sum()),
-            "rms": _named(np.sqrt(mean)),
-            "median": _named(np.median(off, axis=0)),
-            "most_95": _named(np.quantile(off, 0.95, axis=0)),
+            "rms": _above_noise(np.sqrt(mean)),
+            "median": _above_noise(np.median(off, axis=0)),
+            "most_95": _above_noise(np.quantile(off, 0.95, axis=0)),
             "within": {
                 str(share): _named((np.abs(errors) < norm.ppf((1 + share) / 2) * sigmas).mean(axis=0), is_share=True)
                 for share in _SHARES
@@ -179,7 +179,7 @@ def trajectory_errors(times_s: np.ndarray, seen: np.ndarray, true: np.ndarray) -
 def unseen(report: dict[str, Any]) -> list[str]:
     """A sentence where the trajectory is worse than what it shall judge."""
     noise, rms = report["truth_noise"], report["right"]["rms"]
-    worse = [name for name in noise if rms is not None and noise[name] > rms[name]]
+    worse = [name for name in noise if rms is not None and noise[name] > (rms[name] or 0.0)]
     if not worse:
         return []
     text = ", ".join(f"{name.rpartition('_')[0]} by {noise[name]:.2g} {name.rpartition('_')[2]}" for name in worse)
@@ -195,6 +195,11 @@ def _rms(values: np.ndarray) -> float | None:
 def _named(values: np.ndarray, is_share: bool = False) -> dict[str, float]:
     names = ("x", "y", "z", "theta_x", "theta_y") if is_share else FIVE
     return dict(zip(names, (values * (1 if is_share else _UNITS)).tolist(), strict=True))
+
+
+def _above_noise(values: np.ndarray) -> dict[str, float | None]:
+    """Values by their names; None where what the trajectory is off itself leaves nothing."""
+    return {name: value or None for name, value in _named(values).items()}
 
 
 def _counted(hits: np.ndarray, among: np.ndarray) -> dict[str, Any]:

@@ -45,7 +45,7 @@ def run(case):
     rows = ~found.is_fitted & np.isfinite(found.errors[:, 0])
     right = rows & ~found.is_wrong_pose & ~found.is_wrong_dock
     ratios = [
-        np.array(list(part["rms"].values())) / np.sqrt((exact[which] ** 2).mean(axis=0))
+        np.array([value or 0.0 for value in part["rms"].values()]) / np.sqrt((exact[which] ** 2).mean(axis=0))
         for part, which in ((found.report, rows), (found.report["right"], right))
     ]
     return errors, sigmas, *ratios

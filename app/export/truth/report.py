@@ -58,9 +58,9 @@ class Compared:
         """A kind of error of each band as people read it: ``rms``, ``median`` or ``most_95``."""
         rows = [["frames", "count", *QUANTITIES]]
         for label, one in self.bands:
-            values = [] if one[kind] is None else [*np.array([*one[kind].values()]) * [100, 100, 100, 1, 1]]
-            # Squares less what the truth is off may leave nothing.
-            cells = [number(value, 3) if value else "< truth" for value in values] or [MISSING] * len(QUANTITIES)
+            values = [] if one[kind] is None else zip(one[kind].values(), (100, 100, 100, 1, 1), strict=True)
+            cells = ["< truth" if value is None else number(scale * value, 3) for value, scale in values]
+            cells = cells or [MISSING] * len(QUANTITIES)
             rows.append([label, str(one["count"]), *cells])
         return rows
 

@@ -6,6 +6,8 @@
 FROM python:3.13-slim AS build
 COPY . /source
 RUN python -m venv /opt/dockpose && /opt/dockpose/bin/python -m pip install --no-cache-dir '/source[mavlink]'
+# What libraries test themselves with, and pip, are 70 MB.
+RUN find /opt/dockpose -type d -name tests -prune -exec rm -r {} + && /opt/dockpose/bin/python -m pip uninstall --yes --quiet pip
 # Compiles the loops over pixels, which would otherwise take a minute of every start. What is kept of them belongs to
 # source files of a certain time, of which an image keeps whole seconds.
 ENV NUMBA_CACHE_DIR=/opt/dockpose/compiled

@@ -105,12 +105,10 @@ def start(container):
             check=False,
         )  # fmt: skip
 
-    page = subprocess.Popen(
-        [*as_nobody, *words("ENTRYPOINT"), *words("CMD")],
-        env=variables,
-        cwd=container / "data",
-        stderr=(container / "told").open("w"),
-    )
+    with (container / "told").open("w") as told_to:
+        page = subprocess.Popen(
+            [*as_nobody, *words("ENTRYPOINT"), *words("CMD")], env=variables, cwd=container / "data", stderr=told_to
+        )
     try:
         begin, healthy, told = time.perf_counter(), False, ""
         while not (healthy and "the page is at http://" in told) and time.perf_counter() - begin < 180:

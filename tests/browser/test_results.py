@@ -17,9 +17,9 @@ def line(page):
 
 
 def test_status_line_is_in_view_and_says_what_to_try(page):
-    assert re.fullmatch(r"10 lights \| HATS level \d+ \| pose A 100 %, 1\.\d{3} m ± .* \| [\d.]+ ms", line(page))
+    assert re.fullmatch(r"10 lights \| HATS level \d+ \| pose A \| [\d.]+ ms", line(page))
     page.box("Level (0-255)").fill("255")
-    page.until(lambda: "no pose" in line(page))
+    page.until(lambda: page.status.startswith("No pose"))
     assert "Try " in page.status
     place = page.page.locator("#status-line").bounding_box()
     assert 0 <= place["y"] <= place["y"] + place["height"] <= 68  # the strip along the top
@@ -31,7 +31,7 @@ def test_status_line_is_in_view_and_says_what_to_try(page):
 def test_a_mask_is_said_where_it_hides_the_dock_and_goes_by_its_chip(page):
     page.tab("Detect")
     page.app.change(lambda view: with_mask(view, 0, 10, 640, 470), reload=True)
-    page.until(lambda: "no pose" in line(page))
+    page.until(lambda: page.status.startswith("No pose"))
     page.page.get_by_text("1 mask hides a part of the picture").wait_for()
     page.page.get_by_role("button", name="Mask 1: 640 × 470 px at (0, 10)").click()
     page.until(lambda: page.app.view.settings.masks == () and "pose A" in line(page))
@@ -44,7 +44,7 @@ def test_choice_is_overruled_by_hand_and_given_back(page):
     page.until(lambda: "pose B (by hand)" in line(page))
     assert page.row_names() == ["○ A", "● B, chosen", "Truth"]
     page.press("The program's")
-    page.until(lambda: "pose A 100 %" in line(page))
+    page.until(lambda: "pose A |" in line(page))
 
 
 _CUT_OFF = """

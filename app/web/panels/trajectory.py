@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from dockpose.app.errors import UserError
 from dockpose.app.export.bundle import to_zip
 from dockpose.app.export.data import to_png
-from dockpose.app.export.truth.results import Results, read_results
 from dockpose.app.inputs.received import safe_name
 from dockpose.app.processing.background import Progress
 from dockpose.app.state.view import with_upload
@@ -20,10 +19,11 @@ from dockpose.app.web.html import row, small, table
 from dockpose.app.web.page import Page
 from dockpose.app.web.widgets import Panel
 from dockpose.sources import Kind, kind_of
-from dockpose.truth import TrajectoryComparison, compare_trajectory, read_trajectory
 
 if TYPE_CHECKING:
     from dockpose.app.export.truth.report import Compared
+    from dockpose.app.export.truth.results import Results
+    from dockpose.truth import TrajectoryComparison
 
 _SHOWN = ("errors", "space")
 _OURS = (b"{", b"source,frame,")  # how results begin
@@ -49,6 +49,10 @@ class TrajectoryPanel(Panel):
         path.write_bytes(data)
 
         def work(progress: Progress) -> None:
+            # These load SciPy, for which the first page would wait.
+            from dockpose.app.export.truth.results import read_results
+            from dockpose.truth import compare_trajectory, read_trajectory
+
             is_ours = data.startswith(_OURS) or (kind_of(str(path)) is Kind.BAG and b"/dock/pose_a" in data)
             if is_ours:
                 self._results = name, read_results(path)
@@ -63,7 +67,7 @@ class TrajectoryPanel(Panel):
 
         self.app.work.start(work, client)
 
-    def _show_found(self, called: str, results: Results, found: TrajectoryComparison, truth: str) -> None:
+    def _show_found(self, called: str, results: "Results", found: "TrajectoryComparison", truth: str) -> None:
         from dockpose.app.export.truth.report import Compared  # what draws takes a while to import
 
         compared = Compared(called, truth, results, found)

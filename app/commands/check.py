@@ -61,17 +61,18 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _write_corrected(arguments: argparse.Namespace, dock: Dock | None, camera: Camera | None) -> None:
-    for option, value in (("--out", dock), ("--out-camera", camera)):
-        path = arguments.out if option == "--out" else arguments.out_camera
+    for option, path, value in (("--out", arguments.out, dock), ("--out-camera", arguments.out_camera, camera)):
         if path is None:
             continue
         if value is None:
             raise UserError(f"{option} {path}: the results do not say what they were found with, or no scale was found")
         with writing(f"{option} {path}"):
-            save_dock(value, path) if isinstance(value, Dock) else save_camera(value, path)
-        is_dock = isinstance(value, Dock)
-        what = f"diameter of {value.diameter:.4f} m" if is_dock else f"focal length of {value.fx:.1f} px"
-        kind = "dock" if is_dock else "camera"
+            if isinstance(value, Dock):
+                save_dock(value, path)
+                kind, what = "dock", f"diameter of {value.diameter:.4f} m"
+            else:
+                save_camera(value, path)
+                kind, what = "camera", f"focal length of {value.fx:.1f} px"
         put(f"The {kind} with a {what} is in {path}; estimate --{kind} takes it.")
 
 

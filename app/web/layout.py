@@ -48,7 +48,7 @@ class Layout:
         self._add_controls(app, app.server.gui)
         self.panels: list[Panel] = [self._made[kind] for kind in dict.fromkeys((*FIRST, *self._made))]
         self.until_sent = len(FIRST)
-        self._requests.acts = self._acts(app)
+        self._requests.heed(self._acts(app))
 
     def of(self, kind: type[Kind]) -> Kind:
         """The panel of a class."""
@@ -111,7 +111,7 @@ class Layout:
             app.live.begin()
             self._made[StripPanel] = StripPanel(app)
             self._made[ChipsPanel] = ChipsPanel(app)
-            self._requests = RequestBox(gui, "Done on the page", {})
+            self._requests = RequestBox(gui, "Done on the page")
             gui.add_html(f'<dockpose-jobs channel="{self._requests.channel}"></dockpose-jobs>')
             gui.add_html(STEPS_HTML)
             shown = gui.add_tab_group()

@@ -108,18 +108,27 @@ def decoder(kinds: Iterable[type[Request]]) -> msgspec.json.Decoder[Any]:
 class RequestBox:
     """A hidden text box for the requests of elements that know it by its ``channel``; ``acts`` are done for them."""
 
-    def __init__(self, gui: viser.GuiApi, label: str, acts: Acts) -> None:
-        self.acts = acts
+    def __init__(self, gui: viser.GuiApi, label: str, acts: Acts | None = None) -> None:
+        self.acts: Acts = {}
+        self._decoder: msgspec.json.Decoder[Any] | None = None  # until there are acts, as while the page is built
+        if acts is not None:
+            self.heed(acts)
         self._done, self._held = deque[int](maxlen=64), threading.Lock()  # numbers; some requests are sent again
         self._box = gui.add_text(label, "")
         self.channel = identity(self._box)
         on_person(self._box.on_update, self._fulfil)
 
+    def heed(self, acts: Acts) -> None:
+        """Do these from now on."""
+        self.acts, self._decoder = acts, decoder(acts)
+
     def _fulfil(self, client: Client) -> None:
         """Do what the newest request says; calls for requests that were overtaken find none."""
         text = self._box.value
+        if self._decoder is None:
+            return
         try:
-            request = decoder(self.acts).decode(text if isinstance(text, str) and len(text) <= MOST_LETTERS else "")
+            request = self._decoder.decode(text if isinstance(text, str) and len(text) <= MOST_LETTERS else "")
         except msgspec.DecodeError:
             return
         with self._held:

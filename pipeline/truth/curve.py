@@ -3,13 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from dockpose.truth.trajectory import Trajectory
+from dockpose.truth.trajectory import GAP, Trajectory
 from scipy.interpolate import CubicSpline
 from scipy.linalg import solveh_banded
 from scipy.spatial.transform import Rotation
 
-_GAP = 5.0  # of the usual distance between rows: a longer one is a gap
-_GAP_S = 0.1  # and no shorter than this
+_GAP_S = 0.1  # in a shorter gap the curve is as well known as elsewhere
 _WIDTHS = np.geomspace(1.5, 400, 30)  # widths of smoothing that are tried, in rows
 _TRIED = 6000  # rows on which they are tried
 _TIMES = 3  # what is left is smoothed again and added, which bends the curve less (twicing, Tukey 1977)
@@ -36,7 +35,7 @@ class Curve:
         self.times_s = truth.times_s
         self.middle_m = truth.positions_m.mean(axis=0)
         steps = np.diff(times)
-        self._gaps = np.flatnonzero(steps > max(_GAP * float(np.median(steps)), _GAP_S))
+        self._gaps = np.flatnonzero(steps > max(GAP * float(np.median(steps)), _GAP_S))
         turns = truth.quaternions_xyzw / np.linalg.norm(truth.quaternions_xyzw, axis=1)[:, None]
         signs = np.sign((turns[1:] * turns[:-1]).sum(axis=1))
         turns = turns * np.concatenate([[1.0], np.cumprod(np.where(signs == 0, 1.0, signs))])[:, None]

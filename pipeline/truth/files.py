@@ -12,12 +12,11 @@ from dockpose.sources.kinds import Kind, kind_of
 from dockpose.text import kind_in_words, shown
 from dockpose.truth.bags import bodies_in
 from dockpose.truth.forms import Layout, layout_of, rows_of
-from dockpose.truth.trajectory import Trajectory
+from dockpose.truth.trajectory import GAP, Trajectory
 
 _MOST_BYTES = 2_000_000_000
 _MOST_S, _MOST_M = 1e11, 1e5  # of a time and a place that are believed
 _OFF = 0.02  # by which a quaternion's length and a matrix's determinant may be off, by how many places are written
-_GAP = 5.0  # times the usual interval
 _BLANK = frozenset(("", "-", "-nan", "-nan(ind)", "nan(ind)", "-1.#IND", "1.#QNAN", "NA", "N/A", "null"))
 _TURNS = {
     **{"quat": ("qx", "qy", "qz", "qw"), "rotvec": ("vx", "vy", "vz"), "euler": ("ex", "ey", "ez")},
@@ -133,10 +132,10 @@ def _cleaned(path: Path, name: str, values: np.ndarray, notes: list[str]) -> Tra
     if len(kept) < 2:
         raise ValueError("; ".join([f"has {len(kept)} poses that can be used, where two are needed", *notes]))
     steps_s = np.diff(kept[:, 0])
-    if len(gaps := np.flatnonzero(steps_s > _GAP * np.median(steps_s))):
+    if len(gaps := np.flatnonzero(steps_s > GAP * np.median(steps_s))):
         at = gaps[np.argmax(steps_s[gaps])]
         longest = f"the longest of {steps_s[at]:.3g} s after {kept[at, 0]:.3f} s"
-        notes.append(f"{len(gaps)} gaps of more than {_GAP:g} times the usual interval, {longest}")
+        notes.append(f"{len(gaps)} gaps of more than {GAP:g} times the usual interval, {longest}")
     has_turns = values.shape[1] > 4
     notes += [] if has_turns else ["it has no attitude, but places alone"]
     called = f"{path.name}#{name}" if name else path.name

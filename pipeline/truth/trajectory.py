@@ -9,6 +9,8 @@ from dockpose.dock import Dock
 from dockpose.pose.uncertainty import cross
 from numpy.typing import ArrayLike
 
+GAP = 5.0  # of the usual time between rows: a longer one is a gap
+
 
 @dataclass(frozen=True)
 class Trajectory:

@@ -13,6 +13,13 @@ pytestmark = pytest.mark.browser
 SEND = "Compare with a trajectory"
 
 
+def send_results(page, results):
+    page.open()
+    page.tab("Log")
+    page.send(SEND, ("film.jsonl", result_lines(results).encode()))
+    page.page.get_by_text("film.jsonl is here; now the trajectory.").wait_for()
+
+
 def told(page):
     return " ".join(page.page.locator("#truth").all_inner_texts())
 
@@ -20,10 +27,7 @@ def told(page):
 def test_a_trajectory_is_compared_and_the_report_saved(browser, app):
     moved = draw(2, duration_s=30.0, gaps=0)
     with visit(browser, app) as page:
-        page.open()
-        page.tab("Log")
-        page.send(SEND, ("film.jsonl", result_lines(moved.results).encode()))
-        page.page.get_by_text("film.jsonl is here; now the trajectory.").wait_for()
+        send_results(page, moved.results)
         page.send(SEND, ("truth.tum", tum_lines(moved.truth).encode()))
         page.page.locator("#truth-rms").wait_for()
         assert "Clocks: add 3.7" in told(page)
@@ -37,9 +41,6 @@ def test_a_trajectory_is_compared_and_the_report_saved(browser, app):
 def test_a_file_that_is_none_is_told_in_one_sentence(browser, app):
     moved = draw(2, duration_s=30.0, gaps=0)
     with visit(browser, app) as page:
-        page.open()
-        page.tab("Log")
-        page.send(SEND, ("film.jsonl", result_lines(moved.results).encode()))
-        page.page.get_by_text("film.jsonl is here; now the trajectory.").wait_for()
+        send_results(page, moved.results)
         page.send(SEND, ("truth.tum", b"Dear all,\nsee attached\n"))
         page.page.get_by_text("as no trajectory that is known").first.wait_for()

@@ -21,7 +21,7 @@ from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.processing.following import Followed, Following
 from dockpose.app.processing.parallel import Found, SequenceWork, found_in, split, workers
 from dockpose.camera.mark import COMMENT
-from dockpose.sources import Callback, Frame, Frames, Live, Video, read_ahead
+from dockpose.sources import Callback, Frame, Frames, Live, read_ahead
 
 if TYPE_CHECKING:
     from dockpose.app.export.mavlink import Autopilot
@@ -118,12 +118,11 @@ class _Run:
         frames = self._frames
         if not is_split(self._how) or frames.is_live:
             return self._one_by_one()
-        is_set, is_counted = self._how.by_hand is not None, not isinstance(frames, Video) or frames.is_counted
-        if is_set or frames.count is None or not is_counted:
-            why = "follow from lights that are set" if is_set else "cannot be counted"
-            self._tell(f"{frames.source}: its frames {why}, so that they are estimated one by one")
+        if self._how.by_hand is not None:
+            why = "follow from lights that are set, so that they are estimated one by one"
+            self._tell(f"{frames.source}: its frames {why}")
             return self._one_by_one()
-        return self._split(frames.count)
+        return self._split(frames.count or 0)
 
     def _one_by_one(self) -> Iterator[tuple[Found, Followed]]:
         frames = self._frames if self._frames.is_live else read_ahead(self._frames)

@@ -18,7 +18,7 @@ LONGEST_BYTES = 60  # of a name without its ending, in UTF-8: short of every sys
 _LONGEST_UPLOAD = 80  # characters
 # Windows opens a device in place of a file of such a name, whatever its ending.
 _DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{digit}" for port in ("com", "lpt") for digit in "0123456789¹²³")}
-_OF_PAGES = (".tif", ".tiff", ".gif", ".webp")  # as a rule; those of a single picture are left out
+_OF_PAGES = (".tif", ".tiff")  # as a rule; those of a single picture are left out
 _DEEPEST, _MOST_FOLDERS, _MOST_FILES = 4, 200, 5000
 
 

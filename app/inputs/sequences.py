@@ -114,7 +114,7 @@ def given(source: str, camera: Camera | None, dock: Dock | None, topic: str | No
     if kind in (Kind.CAMERA, Kind.STREAM):
         return FrameSource(source, _live_name(source), camera=camera, dock=dock)
     first = None if kind is Kind.SIMULATED else Path(source) if kind is Kind.BAG else sources.list_pictures(source)[0]
-    rate_hz = None if kind is Kind.PAGES else PICTURES_HZ  # an animation has times of its own
+    rate_hz = None if kind is Kind.PAGES else PICTURES_HZ
     found = FrameSource(source, Path(source).name or source, (), rate_hz, camera, dock, topic=topic)
     return found if first is None else _with_sidecar(found, first)
 

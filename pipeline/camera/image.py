@@ -23,7 +23,7 @@ _SIGNIFICANT_BITS = (10, 12, 14, 16)
 _FORMATS = ("JPEG", "PNG", "GIF", "WEBP", "PPM", "BMP", "TIFF")
 _DEFECTS = 0.01  # of a picture's pixels; more are no defects of a sensor, of which one in 1,000 is a bad one
 _SPREAD = 1 / 8  # of a light's height, which its neighbours have at least, however sharp the lens
-ANIMATED = ("GIF", "WEBP", "PNG")  # as Pillow names them; the further pictures of a JPEG are its previews
+_ANIMATED = ("GIF", "WEBP", "PNG")  # as Pillow names them; the further pictures of a JPEG are its previews
 # EXIF's numbers of orientations: how a picture lies, and how far to turn it clockwise, where that sets it upright.
 _OVER = "mirrored and on its side", None
 _ORIENTATIONS: dict[int, tuple[str, int | None]] = {0: ("askew", None), 2: ("mirrored", None), 3: ("upside down", 180)}
@@ -63,12 +63,12 @@ def decode(data: bytes, name: str = "image") -> np.ndarray:
     width, height, pixel_bytes, is_animated, is_gif = _header(data, name)
     check_size(width, height, pixel_bytes, name)
     if is_animated:
-        raise ImageError(f"{name}: is an animation, which is a sequence; open it by itself, like a video")
+        raise ImageError(f"{name}: is an animation; convert it to a video, as MP4, or to pictures")
     if mark.is_drawn(data):
         raise ImageError(mark.refusal(name))
     if is_gif:  # not read by OpenCV before 4.11
         with opened_quietly(io.BytesIO(data)) as picture:
-            return of_pillow(picture, name)
+            return _of_pillow(picture, name)
     # OpenCV sets memory aside for as much as a damaged PNG says that follows.
     image = None if is_cut_short(data) else _decoded(data)
     if image is None:
@@ -98,8 +98,8 @@ def decode_page(page: tiff.Page, name: str) -> np.ndarray:
     return as_picture(image, name)
 
 
-def of_pillow(picture: Image.Image, name: str) -> np.ndarray:
-    """The frame (H, W, 3) uint8 BGR at which a picture of Pillow is; transparent pixels are blended onto black."""
+def _of_pillow(picture: Image.Image, name: str) -> np.ndarray:
+    """A picture of Pillow (H, W, 3) as uint8 BGR; transparent pixels are blended onto black."""
     try:
         return _without_alpha(cv2.cvtColor(np.asarray(picture.convert("RGBA")), cv2.COLOR_RGBA2BGRA))
     except Exception as error:  # Pillow's readers raise many kinds on damaged files
@@ -116,18 +116,16 @@ def orientation_sentence(tag: int, name: str) -> str:
     return f"{name}: its orientation tag{number} says that it lies {how}; pixels stay as the sensor has them{turn}"
 
 
-def orientation_of(source: bytes | Image.Image) -> int:
-    """EXIF's number of the orientation, 1 to 8, of a picture's file or of what Pillow opened; 1 where it has none."""
+def orientation_of(data: bytes) -> int:
+    """EXIF's number of the orientation, 1 to 8, of a picture's file; 1 where it has none."""
     try:
-        if isinstance(source, Image.Image):
-            tag = source.getexif().get(ExifTags.Base.Orientation, 1)
-        elif tiff.is_tiff(source):
-            tag = tiff.pages(source)[0].orientation
-        elif source.startswith(b"\x89PNG") and not any(mark in source for mark in _PNG_WITH_TAGS):
+        if tiff.is_tiff(data):
+            tag = tiff.pages(data)[0].orientation
+        elif data.startswith(b"\x89PNG") and not any(mark in data for mark in _PNG_WITH_TAGS):
             return 1
         else:
-            with opened_quietly(io.BytesIO(source)) as picture:
-                return orientation_of(picture)
+            with opened_quietly(io.BytesIO(data)) as picture:
+                tag = picture.getexif().get(ExifTags.Base.Orientation, 1)
     except Exception:  # damaged tags, for which Pillow raises many kinds of errors
         return 1
     return tag if tag in _ORIENTATIONS and tag else 1
@@ -209,8 +207,12 @@ def _header(data: bytes, name: str) -> tuple[int, int, int, bool, bool]:
         with opened_quietly(io.BytesIO(data)) as header:
             is_deep = header.mode.startswith(("I", "F")) or (data.startswith(b"\x89PNG") and data[24] == 16)
             channels = 3 if header.mode == "P" else len(header.getbands())
-            size, is_animated = header.size, is_animation(header)
-            return *size, channels * (2 if is_deep else 1), is_animated, header.format == "GIF"
+            width, height = header.size
+            # Of a large one, which is refused, nobody counts the frames.
+            is_animated = (
+                header.format in _ANIMATED and width * height <= MAX_PIXELS and getattr(header, "is_animated", False)
+            )
+            return width, height, channels * (2 if is_deep else 1), is_animated, header.format == "GIF"
     except UnidentifiedImageError as error:
         if data.startswith(b"\xff\xd8"):
             raise ImageError(f"{name}: is a JPEG without loss or of 12 bits, or damaged; save it as PNG") from error
@@ -222,18 +224,11 @@ def _header(data: bytes, name: str) -> tuple[int, int, int, bool, bool]:
         raise ImageError(f"{name}: the picture's header is damaged or cut short ({error})") from error
 
 
-def opened_quietly(source: Path | io.BytesIO) -> Image.Image:
+def opened_quietly(source: io.BytesIO) -> Image.Image:
     """Open a picture of a format that we read with Pillow, without its warnings."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         return Image.open(source, formats=_FORMATS)
-
-
-def is_animation(picture: Image.Image) -> bool:
-    """Whether a picture that Pillow opened is an animated GIF, WebP or PNG; of a large one, which is refused, False."""
-    if picture.format not in ANIMATED or picture.size[0] * picture.size[1] > MAX_PIXELS:
-        return False
-    return getattr(picture, "is_animated", False)
 
 
 def _decoded(data: bytes) -> np.ndarray | None:

@@ -65,8 +65,7 @@ def gather(
     """Gather boards from frames: to the end of a recording, or from a live source until they are enough."""
     looked = Looked()
     every = max(1, round((frames.rate_hz or 1.0) / _LOOKS_HZ), (frames.count or 0) // _MOST_LOOKS)
-    if frames.is_live or frames.count is None:
-        every = 1
+    every = 1 if frames.is_live else every
     for number, frame in enumerate(frames):
         if number % every:
             continue

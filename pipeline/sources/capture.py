@@ -213,6 +213,11 @@ class StreamCapture(Capture):
             what = _REFUSED.get(type(error), _REFUSED.get(getattr(error, "errno", None), _NO_VIDEO))
             raise SourceError(f"{address}: cannot be opened: {what}") from error
         self._stream = best_video(self._container)
+        # An RTSP server sends what it has recorded as if it happened now.
+        is_film = self._stream.frames > 0 or (self._container.duration or 0) > 0
+        if is_film and not address.lower().startswith("rtsp"):
+            self._container.close()
+            raise SourceError(f"{address}: is a recording and not live; download it, and open the file")
         self._stream.codec_context.thread_count = 1
         self._guard = Guard(self._stream.codec_context, is_late=self._container.format.name == "mpegts")
         self._address, self._tell, self._told_s, self._untold = address, tell or (lambda text: None), -math.inf, 0
@@ -225,11 +230,6 @@ class StreamCapture(Capture):
         codec = self._stream.codec_context
         shown = f" at {float(rate):.4g} frames/s" if rate else ""
         self.about = f"{codec.width} x {codec.height} {codec.name}{shown}"
-
-    @property
-    def is_recording(self) -> bool:
-        """Whether it has an end, as a file on a server has."""
-        return self._stream.frames > 0 or (self._container.duration or 0) > 0
 
     def grab(self) -> bool:
         """Wait for the next whole frame; False if there is none, or one is left out."""

@@ -76,7 +76,7 @@ class Frames(abc.ABC):
     is_live : bool
         Whether frames arrive in real time, without an end; otherwise it is a recording.
     count : int or None
-        Number of frames, including corrupt ones; None where it is unknown.
+        Number of frames, including corrupt ones; None of a live source.
     rate_hz : float or None, hertz
         Frames per second; None where it is unknown.
     skipped : int

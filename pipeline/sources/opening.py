@@ -140,12 +140,7 @@ def open_frames(
     elif kind is Kind.STREAM and is_rtp(name):
         frames = Live(name, lambda: RtpCapture(name, tell or (lambda text: None), grey=grey), tell)
     elif kind is Kind.STREAM:
-        first = [StreamCapture(name, timeout_s, tell, grey=grey)]
-        if first[0].is_recording:  # the address is that of a file
-            first.pop().release()
-            frames = Video(name, tell, scan=False, grey=grey)
-        else:
-            frames = Live(name, lambda: first.pop() if first else StreamCapture(name, timeout_s, tell, grey=grey), tell)
+        frames = Live(name, lambda: StreamCapture(name, timeout_s, tell, grey=grey), tell)
     else:
         paths = list_pictures(name)
         if kind is Kind.PICTURE and not paths[0].exists():

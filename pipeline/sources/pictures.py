@@ -1,11 +1,9 @@
-"""Picture files as frames: a single one, a folder's, or those that match a glob; and the pages of one."""
+"""Picture files as frames: a single one, a folder's, or those that match a glob; and the pages of a TIFF."""
 
 import glob
 import hashlib
 import io
-import itertools
 import re
-import threading
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -15,10 +13,9 @@ from dockpose.camera import image as decoding
 from dockpose.camera.tiff import is_tiff
 from dockpose.sources.frames import Callback, Frame, Indexed, SourceError
 from dockpose.text import as_text
-from PIL import ExifTags, Image
+from PIL import ExifTags
 
 PICTURE_ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif", ".webp", ".pgm", ".ppm")
-_MAX_FRAMES = 100_000
 _WITH_EXIF = (b"\xff\xd8", b"II*\0", b"MM\0*", b"RIFF")  # the first bytes of JPEG, TIFF and WebP
 
 
@@ -43,73 +40,29 @@ class Pictures(Indexed):
 
 
 class Pages(Indexed):
-    """The pages of a TIFF, or the frames of an animated GIF, WebP or PNG, each decoded when it is due."""
+    """The pages of a TIFF, each decoded when it is due; without a rate they have no times."""
 
     def __init__(self, source: str, rate_hz: float | None = None, tell: Callback | None = None) -> None:
         super().__init__(source, tell)
-        self.rate_hz = self._asked_hz = rate_hz
-        self._path, self._lock = Path(source), threading.Lock()
-        try:
-            file = self._open.enter_context(self._path.open("rb"))
-            self._pages = decoding.tiff_pages(file, source) if is_tiff(file.read(4)) else []
-            self._times_s = [] if self._pages else _times_s(self._path)
-        except SourceError:
-            raise
-        except Exception as error:  # Pillow's readers raise many kinds on damaged files
-            raise SourceError(f"{source}: cannot be read ({error})") from error
-        self._animation: Image.Image | None = None
-        self.count = len(self._pages or self._times_s)
-        if rate_hz is None and len(times := [time for time in self._times_s if time is not None]) > 1:
-            self.rate_hz = (len(times) - 1) / times[-1]
+        self.rate_hz = rate_hz
+        path = Path(source)
+        file = self._open.enter_context(path.open("rb"))
+        self._pages = decoding.tiff_pages(file, source)
+        self.count = len(self._pages)
 
     def _frame(self, index: int) -> Frame:
-        if self._pages:
-            image = decoding.decode_page(self._pages[index], f"{self.source}: page {index + 1}")
-            self._tell_orientation(self._pages[index].orientation, self.source)
-        else:
-            with self._lock:
-                image = self._of_animation(index, f"{self.source}: frame {index}")
-        time_s = self._times_s[index] if self._times_s else None
-        return Frame(image, index, time_s if self._asked_hz is None else index / self._asked_hz, self.source)
-
-    def _of_animation(self, index: int, name: str) -> np.ndarray:
-        if self._animation is None:
-            self._animation = self._open.enter_context(decoding.opened_quietly(self._path))
-            self._tell_orientation(decoding.orientation_of(self._animation), self.source)
-        try:
-            self._animation.seek(index)
-        except (EOFError, OSError, ValueError) as error:
-            raise SourceError(f"{name}: {error}") from error
-        return decoding.of_pillow(self._animation, name)
+        image = decoding.decode_page(self._pages[index], f"{self.source}: page {index + 1}")
+        self._tell_orientation(self._pages[index].orientation, self.source)
+        return Frame(image, index, None if self.rate_hz is None else index / self.rate_hz, self.source)
 
 
 def has_pages(path: Path) -> bool:
-    """Whether a picture file holds several pictures that follow each other; False for what cannot be read."""
+    """Whether a file is a TIFF of several pages; False for what cannot be read."""
     try:
-        if not path.is_file():
-            return False
         with path.open("rb") as file:
-            if is_tiff(file.read(4)):
-                return len(decoding.tiff_pages(file, str(path))) > 1
-        with decoding.opened_quietly(path) as picture:
-            return decoding.is_animation(picture)
-    except Exception:  # Pillow's readers raise many kinds on damaged files
+            return is_tiff(file.read(4)) and len(decoding.tiff_pages(file, str(path))) > 1
+    except (OSError, ValueError):
         return False
-
-
-def _times_s(path: Path) -> list[float | None]:
-    """When each frame of an animation is shown, in seconds; None for all where one of them has no duration."""
-    with decoding.opened_quietly(path) as picture:
-        decoding.check_size(*picture.size, 4, str(path))
-        count = min(getattr(picture, "n_frames", 1), _MAX_FRAMES)
-        times_s: list[float] = [0.0]
-        for index in range(count):
-            picture.seek(index)
-            if picture.format == "WEBP":  # which does not tell before
-                picture.load()
-            times_s.append(times_s[-1] + picture.info.get("duration", 0) / 1000)
-    is_timed = all(after > before for before, after in itertools.pairwise(times_s[:-1]))
-    return [round(time, 6) if is_timed else None for time in times_s[:-1]]
 
 
 def read_tagged(path: Path) -> tuple[np.ndarray, str, float | None, int, bytes]:

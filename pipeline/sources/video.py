@@ -27,23 +27,17 @@ _FAILURES = 1000  # damaged packets in a row after which a file is given up
 
 
 class Video(Frames):
-    """Frames of a video file or of one on a server, identified by their time stamps, or else by their packets.
+    """Frames of a video file, identified by their time stamps, or else by their packets.
 
     A frame's index is the rank of its time stamp among those of all the file's packets, which are read on opening
     without decoding (some microseconds each). So a corrupt frame leaves its index out, and a frame has the same index
     and the same time whether it was reached from the beginning or by seeking. Times are those of the file, constant
     rate or not, from its first frame on; where its clock runs back, as in files that were joined, they go on from the
-    frame before. ``rate_hz`` is for files whose frames have no times. Without ``scan``, frames are only counted.
+    frame before. ``rate_hz`` is for files whose frames have no times.
     """
 
     def __init__(
-        self,
-        source: str,
-        tell: Callback | None = None,
-        *,
-        scan: bool = True,
-        grey: bool = False,
-        rate_hz: float | None = None,
+        self, source: str, tell: Callback | None = None, *, grey: bool = False, rate_hz: float | None = None
     ) -> None:
         super().__init__(source, tell)
         self._grey = grey
@@ -56,30 +50,25 @@ class Video(Frames):
                 self._tell(f"{source}: {sentence}")
             self._time_base = Fraction(stream.time_base or 1)
             self._told = stream.frames or None
-            self._order = order_of(container, stream) if scan else None
+            self._order = order_of(container, stream)
             self._began_unix_s = began_unix_s(container.format.name, container.metadata.get("creation_time"))
             self._is_steady = ffmpeg.is_without_clock(container, source)
             # The average rate of such files is made up, that of the codec is not.
             told_hz = stream.codec_context.framerate if self._is_steady else stream.average_rate
         self.rate_hz = float(told_hz) if told_hz else None
-        if self._order is not None and self._order.count == 0:
+        if self._order.count == 0:
             raise SourceError(ffmpeg.why_not(source))
-        self.count = self._told if self._order is None else self._order.count
+        self.count = self._order.count
         if self._is_steady:
             self._take_rate(rate_hz)
-        elif self.rate_hz is None and self._order is not None and self._order.stamps is not None:
+        elif self.rate_hz is None and self._order.stamps is not None:
             length = int(self._order.stamps[-1] - self._order.stamps[0]) * self._time_base
             self.rate_hz = float((self._order.count - 1) / length) if length else None
         self._kept: _Decoder | None = None
         self._tell_faults(is_broken_off)
 
-    @property
-    def is_counted(self) -> bool:
-        """Whether ``count`` was counted; otherwise it is what the file's header says, or None."""
-        return self._order is not None
-
     def __iter__(self) -> Iterator[Frame]:
-        yield from self.between(0, self.count if self.is_counted and self.count is not None else 2**62)
+        return self.between(0, self._order.count)
 
     def between(self, start: int, stop: int) -> Iterator[Frame]:
         """Yield the frames with ``start`` <= index < ``stop``."""
@@ -97,7 +86,7 @@ class Video(Frames):
                 if expected >= stop:
                     return
                 found = decoder.advance()
-            if self._order is not None and not (self.is_cut_short and expected == self._order.count - 1):
+            if not (self.is_cut_short and expected == self._order.count - 1):
                 missing.append(range(expected, min(stop, self._order.count)))
         finally:
             decoder.close()
@@ -119,19 +108,17 @@ class Video(Frames):
             self._kept = None
 
     def _frame(self, index: int, decoded: av.VideoFrame) -> Frame:
-        image, time_s = picture_of(decoded, grey=self._grey), self._time_s(index, decoded)
+        image, time_s = picture_of(decoded, grey=self._grey), self._time_s(index)
         shown = partial(picture_of, decoded) if self._grey else None
         began_s = self._began_unix_s
         taken_s = None if began_s is None or time_s is None else round(began_s + time_s, _DECIMALS)
         self._tell_orientation(ffmpeg.orientation_of(decoded), self.source)
         return self._turned(Frame(image, index, time_s, self.source, shown=shown, time_unix_s=taken_s))
 
-    def _time_s(self, index: int, decoded: av.VideoFrame) -> float | None:
-        if self._order is not None and self._order.stamps is not None and not self._is_steady:
+    def _time_s(self, index: int) -> float | None:
+        if self._order.stamps is not None and not self._is_steady:
             ticks = int(self._order.stamps[index] - self._order.stamps[0])
             return round(float(ticks * self._time_base), _DECIMALS)
-        if self._order is None and decoded.time is not None and not self._is_steady:
-            return round(decoded.time, _DECIMALS)
         return None if self.rate_hz is None else round(index / self.rate_hz, _DECIMALS)
 
     def _tell_missing(self, missing: list[range]) -> None:
@@ -152,9 +139,7 @@ class Video(Frames):
         self.rate_hz = rate_hz or self.rate_hz or _ASSUMED_HZ
 
     def _tell_faults(self, is_broken_off: bool) -> None:
-        if self._order is None:
-            return
-        count, joins = str(self._order.count), self._order.joins
+        count, joins = str(self.count), self._order.joins
         if is_broken_off or self._order.is_torn:
             if self._told is not None and self._order.count < self._told:
                 count = f"{count} of the {self._told}"
@@ -186,7 +171,7 @@ def began_unix_s(container: str, creation_time: str | None) -> float | None:
 class _Decoder:
     """Decodes on in a video from any frame; damaged frames are passed over."""
 
-    def __init__(self, source: str, order: Order | None) -> None:
+    def __init__(self, source: str, order: Order) -> None:
         self._source, self._order = source, order
         self._open()
 
@@ -209,7 +194,7 @@ class _Decoder:
             return self._last
         self._last = None
         order, following = self._order, self._following
-        if order is None or not self._is_threaded or following >= order.count or not self._guard.has_lost_end:
+        if not self._is_threaded or following >= order.count or not self._guard.has_lost_end:
             return None
         self.close()
         self._open(is_threaded=False)
@@ -223,7 +208,7 @@ class _Decoder:
         # One that conceals a damaged slice of FFV1 writes into the picture before, which others give out meanwhile.
         self._stream.thread_type = "SLICE" if context.name == "ffv1" else "AUTO"
         # Those that share a picture tell of no missing slice of H.264, and those that take turns of no end that is cut.
-        context.thread_count = 0 if is_threaded and self._container.format.name not in (*_BARE, "rtsp") else 1
+        context.thread_count = 0 if is_threaded and self._container.format.name not in _BARE else 1
         self._frames = self._decoded()
         self._last: tuple[int, av.VideoFrame] | None = None
         self._following = self._count = 0
@@ -235,7 +220,7 @@ class _Decoder:
         if self._last is not None and self._last[0] < index <= self._last[0] + _NEAR:
             return self.advance()
         order = self._order
-        if order is not None and order.stamps is not None and order.is_sought and index < order.count:
+        if order.stamps is not None and order.is_sought and index < order.count:
             for step in _STEPS_BACK:
                 if index - step <= 0:
                     break
@@ -251,10 +236,8 @@ class _Decoder:
     def _decoded(self) -> Iterator[av.VideoFrame]:
         """Decoded frames from where the file is, without those that are damaged or depend on such."""
         packets, order = self._container.demux(self._stream), self._order
-        damaged = None if order is None else order.damaged
-        is_numbered, is_late = order is not None and not order.is_sought, self._container.format.name == "mpegts"
-        context, is_bare = self._stream.codec_context, self._container.format.name in _BARE
-        self._guard = guard = Guard(context, is_late=is_late, damaged=damaged, is_bare=is_bare)
+        is_bare = self._container.format.name in _BARE
+        self._guard = guard = Guard(self._stream.codec_context, damaged=order.damaged, is_bare=is_bare)
         given, number, is_end = 0, 0, False
         self._began = 2**62  # frame of the first packet, if it is a key frame
         while guard.failures < _FAILURES and not is_end:
@@ -265,9 +248,9 @@ class _Decoder:
             is_end = packet is None
             if packet is not None and counts(packet):
                 is_first = number == 0 and packet.is_keyframe
-                if is_first and order is not None and order.is_sought and order.stamps is not None:
+                if is_first and order.is_sought and order.stamps is not None:
                     self._began = int(np.searchsorted(order.stamps, packet.pts or 0))
-                if is_numbered:
+                if not order.is_sought:
                     packet.pts, packet.dts = number, None
                 number += 1
             for frame in guard.decode(packet):
@@ -277,9 +260,9 @@ class _Decoder:
 
     def _index_of(self, decoded: av.VideoFrame) -> int:
         order, stamp = self._order, decoded.pts
-        if order is not None and stamp is not None:
+        if stamp is not None:
             if order.is_sought and order.stamps is not None:
                 return min(int(np.searchsorted(order.stamps, stamp)), order.count - 1)
             if order.ranks is not None and stamp < order.count:
                 return int(order.ranks[stamp])
-        return self._count if order is None else min(self._count, order.count - 1)
+        return min(self._count, order.count - 1)

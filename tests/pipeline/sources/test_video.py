@@ -246,28 +246,37 @@ class _Slowly(BaseHTTPRequestHandler):
         self.close_connection = True
 
 
-def test_a_stream_with_a_clock_has_its_times(tmp_path):
-    times_us = np.cumsum([0, *([40_000, 200_000, 120_000] * 100)])
-    path = write(tmp_path / "a.ts", "libx264", "yuv420p", luma(301, 256, "yuv420p", 16), times_us, {"bf": "0"})
-    _Slowly.data = path.read_bytes()
+@pytest.fixture
+def sending():
     server = ThreadingHTTPServer(("127.0.0.1", 0), _Slowly)
     thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
     thread.start()
+    yield f"http://127.0.0.1:{server.server_port}/live.ts"
+    server.shutdown()
+    server.server_close()
+    thread.join()
+
+
+def test_a_recording_on_a_server_is_refused(tmp_path, sending):
+    _Slowly.data = made(tmp_path / "a.mkv").read_bytes()
+    with pytest.raises(SourceError, match=r"live\.ts: is a recording and not live; download it"):
+        open_frames(sending, timeout_s=60)
+
+
+def test_a_stream_with_a_clock_has_its_times(tmp_path, sending):
+    times_us = np.cumsum([0, *([40_000, 200_000, 120_000] * 100)])
+    path = write(tmp_path / "a.ts", "libx264", "yuv420p", luma(301, 256, "yuv420p", 16), times_us, {"bf": "0"})
+    _Slowly.data = path.read_bytes()
     times_s = []
-    try:
-        with open_frames(f"http://127.0.0.1:{server.server_port}/live.ts", timeout_s=60) as frames:
-            assert frames.is_live
-            limit = threading.Timer(20.0, frames.close)  # ends the iteration
-            limit.start()
-            for frame in frames:
-                times_s.append(frame.time_s)
-                if frame.index >= 50:
-                    break
-            limit.cancel()
-    finally:
-        server.shutdown()
-        server.server_close()
-        thread.join()
+    with open_frames(sending, timeout_s=60) as frames:
+        assert frames.is_live
+        limit = threading.Timer(20.0, frames.close)  # ends the iteration
+        limit.start()
+        for frame in frames:
+            times_s.append(frame.time_s)
+            if frame.index >= 50:
+                break
+        limit.cancel()
     assert len(times_s) > 10
     # A clock of 90 kHz; which frames were dropped is not known, but all steps are sums of those that were sent.
     steps_us = 1e6 * np.diff(times_s)

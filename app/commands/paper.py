@@ -9,17 +9,15 @@ from collections.abc import Sequence
 
 from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import camera_of, check_least, dock_of
-from dockpose.app.commands.console import EXIT_ALL_READ, say, status_of
+from dockpose.app.commands.console import EXIT_ALL_READ, say
 from dockpose.app.commands.output import Lines, open_lines
 from dockpose.app.commands.progress import FrameProgress, put_rich, table_of_numbers
 from dockpose.app.drawing.numbers import SIGMA_COLUMNS, TOTAL_COLUMNS
 from dockpose.app.errors import UserError, blaming
 from dockpose.app.export.parts import PARTS, reproduce, sentences
 from dockpose.app.export.words import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
-from dockpose.app.processing.study import Study
-from dockpose.study.budget import USUAL_NOISE_PX, Budget, budget, simulated_budget
+from dockpose.study.budget import USUAL_NOISE_PX, Budget, budget
 
-_COLUMNS = (*SIGMA_COLUMNS, "told_apart")
 _TILTS = ",".join(f"{tilt:g}" for tilt in TILTS_DEG)
 KNOWN = {"jobs": {"default": os.cpu_count() or 1}, "noise": {"default": USUAL_NOISE_PX}}
 KNOWN["words"] = {"tilts": _TILTS, "parts": ", ".join(PARTS)}
@@ -36,8 +34,7 @@ def run_budget(arguments: argparse.Namespace) -> int:
         with blaming("no error budget: "):
             rows = []
             for place in itertools.product(ranges_m or usual_ranges_m(camera, dock), tilts_deg or TILTS_DEG):
-                asked = (camera, dock, *place, arguments.noise)
-                rows.append((budget(*asked), simulated_budget(*asked, arguments.draws, arguments.seed)))
+                rows.append(budget(camera, dock, *place, arguments.noise))
         if file is not None:
             _write(rows, file)
         if arguments.csv != "-":
@@ -45,23 +42,21 @@ def run_budget(arguments: argparse.Namespace) -> int:
     return EXIT_ALL_READ
 
 
-def _write(rows: Sequence[tuple[Budget, Budget]], file: Lines) -> None:
+def _write(rows: Sequence[Budget], file: Lines) -> None:
     writer = csv.writer(file, lineterminator="\n")
-    simulated = [f"simulated_{name}" for name in _COLUMNS]
-    writer.writerow(["range_m", "tilt_deg", "lights_apart_px", "in_view", *_COLUMNS, *simulated, *TOTAL_COLUMNS])
-    for one, other in rows:
+    writer.writerow(["range_m", "tilt_deg", "lights_apart_px", "in_view", *SIGMA_COLUMNS, "told_apart", *TOTAL_COLUMNS])
+    for one in rows:
         place = one.range_m, one.tilt_deg, one.apart_px, int(one.in_view)
-        found = (cell for each in (one, other) for cell in (*each.sigmas.tolist(), each.tells_apart))  # None is empty
-        writer.writerow([*place, *found, *([] if one.totals is None else one.totals.tolist())])
+        writer.writerow([*place, *one.sigmas.tolist(), one.tells_apart, *one.totals.tolist()])  # None is empty
 
 
-def _print(camera: Camera, dock: Dock, rows: Sequence[tuple[Budget, Budget]], arguments: argparse.Namespace) -> None:
+def _print(camera: Camera, dock: Dock, rows: Sequence[Budget], arguments: argparse.Namespace) -> None:
     table = table_of_numbers(HEAD)
-    for number, (one, other) in enumerate(rows):
-        is_last = number + 1 == len(rows) or rows[number + 1][0].range_m != one.range_m
-        table.add_row(*budget_cells(one, other), end_section=is_last)
+    for number, one in enumerate(rows):
+        is_last = number + 1 == len(rows) or rows[number + 1].range_m != one.range_m
+        table.add_row(*budget_cells(one), end_section=is_last)
     set_up, *reach = budget_sentences(camera, dock, arguments.noise)
-    put_rich(set_up, table, *reach, *sentences("budget.txt", "how", arguments.draws))
+    put_rich(set_up, table, *reach, *sentences("budget.txt", "how"))
 
 
 def _numbers(option: str, text: str | None) -> list[float]:
@@ -74,26 +69,21 @@ def _numbers(option: str, text: str | None) -> list[float]:
 def run_reproduce(arguments: argparse.Namespace) -> int:
     """Run ``dockpose reproduce``; returns the exit status."""
     check_least(arguments, seed=0, jobs=1)
-    total = len(set(arguments.only)) or len(PARTS)
+    total, given = len(set(arguments.only)) or len(PARTS), (arguments.seed, arguments.jobs, arguments.only)
     with FrameProgress("reproduce", total=total, unit="parts") as progress:
-        reproduce(arguments.out, arguments.seed, arguments.jobs, arguments.only, lambda key: progress.step(name=key))
-    say(f"the page is {arguments.out / 'paper.md'}, the whole report {arguments.out / 'report.md'}")
+        page = reproduce(arguments.out, *given, lambda key: progress.step(name=key))
+    say(f"the page is {page}")
     return EXIT_ALL_READ
 
 
 def run_study(arguments: argparse.Namespace) -> int:
     """Run ``dockpose study``; returns the exit status."""
     check_least(arguments, scenes=1, seed=0, jobs=1)
-    study = Study(arguments.out, arguments.scenes, arguments.seed)
-    try:
-        with FrameProgress("study", total=arguments.scenes, unit="scenes") as progress:
-            study.run(arguments.jobs, arguments.scheduler, progress.reach)
-    except KeyboardInterrupt as stopped:
-        kept = f"{len(study.done)} of {study.scenes} scenes are kept in {study.folder}"
-        say(f"stopped; {kept}, and the same command goes on from there")
-        return status_of(stopped)
     # Matplotlib takes a while to load, which the other commands need not wait for.
-    from dockpose.app.export.study.report import write_report
+    from dockpose.app.export.study.report import study
 
-    say(f"the page is {write_report(study.folder)}")
+    given = arguments.out, arguments.scenes, arguments.seed, arguments.jobs, arguments.scheduler
+    with FrameProgress("study", total=arguments.scenes, unit="scenes") as progress:
+        page = study(*given, progress.step)
+    say(f"the page is {page}")
     return EXIT_ALL_READ

@@ -41,8 +41,7 @@ class FrameProgress:
         self._name, self.total, self._unit = name, total, unit
         console = Console(stderr=True)
         self._is_terminal = console.is_terminal  # asking takes a while
-        self._count = self._first = 0  # done, and of these before this run
-        self._is_begun = False
+        self._count = 0
         self._began_s = self._said_s = time.monotonic()
         columns = ("{task.description}", BarColumn(), TextColumn("{task.fields[rate]}"), TimeRemainingColumn())
         off = not self._is_terminal
@@ -57,29 +56,19 @@ class FrameProgress:
         if self._is_terminal:  # before 14.3 rich leaves a line where the bar is disabled
             self._bar.stop()
 
-    def reach(self, count: int) -> None:
-        """Count up to so many; at first, those that an earlier run has done."""
-        if self._is_begun:
-            return self.step(count=count - self._count)
-        self._count = self._first = count
-        self._began_s, self._is_begun = time.monotonic(), True
-        if count > 0:
-            say(f"{count} of {self.total} {self._unit} are done already")
-        return None
-
-    def step(self, dropped: int = 0, *, count: int = 1, name: str = "") -> None:
-        """Count one more, or several; with the name of what is done it is shown at once. ``dropped`` is the total."""
-        self._count += count
+    def step(self, dropped: int = 0, *, name: str = "") -> None:
+        """Count one more; with the name of what is done it is shown at once. ``dropped`` is the total."""
+        self._count += 1
         now_s = time.monotonic()
         if not name and now_s - self._said_s < _EVERY_S[self._is_terminal]:
             return
-        self._said_s, elapsed_s, new = now_s, now_s - self._began_s, self._count - self._first
-        rate = rate_text(self._count, self.total, new / max(elapsed_s, 1e-9), dropped, self._unit)
+        self._said_s, elapsed_s = now_s, now_s - self._began_s
+        rate = rate_text(self._count, self.total, self._count / max(elapsed_s, 1e-9), dropped, self._unit)
         if self._is_terminal:
             words = escape(printable(name or self._name))
             self._bar.update(self._task, description=words, total=self.total, completed=self._count, rate=rate)
         else:
-            left_s = 0.0 if self.total is None else max(0.0, (self.total - self._count) * elapsed_s / max(new, 1))
+            left_s = 0.0 if self.total is None else max(0.0, (self.total - self._count) * elapsed_s / self._count)
             say(f"{name or self._name}: {rate}" + ("" if self.total is None else f", {left_s:.0f} s left"))
 
     def tell(self, text: str) -> None:

@@ -20,7 +20,6 @@ from dockpose.app.experiment.record import csv_text
 from dockpose.app.processing.parallel import workers
 from dockpose.app.resources import read_toml, static_path, versions
 from dockpose.files import write_whole
-from markupsafe import Markup
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -129,12 +128,6 @@ class Plot:
         """The file that a page shows; an SVG of a photograph would hold all its pixels."""
         return f"{self.name}.{'png' if self.is_photograph else 'svg'}"
 
-    @property
-    def inline(self) -> Markup:
-        """What stands in a page of HTML."""
-        text = self.svg.decode()
-        return Markup(text[text.index("<svg") :])
-
 
 def _settle(figure: "Figure") -> None:
     """Lay a figure out once, and round where its axes lie: the last digits depend on where objects lie in memory."""
@@ -148,24 +141,21 @@ def _settle(figure: "Figure") -> None:
 
 @dataclass(frozen=True)
 class NumberTable:
-    """A table of numbers: rounded in the page, whole in its CSV file."""
+    """A table of numbers: whole in its CSV file, and rounded on the page where it has a caption."""
 
     name: str  # stem of its file
-    caption: str  # what the rows are
     head: Sequence[str]  # names of the columns, with units
     rows: Rows
+    caption: str = ""  # what the rows are
     digits: int = 3  # significant digits in the page
-    is_shown: bool = True  # False for the points of a curve, which only the file has
-    is_on_page: bool = False  # whether the report's short form has it too
 
     @classmethod
     def of(cls, part: str, table: str, name: str, rows: Rows, /, **numbers: Any) -> "NumberTable":
         """A table with the words of ``parts.toml``; its first row is its head where it has none there."""
-        of = read_toml("parts.toml")[part]["tables"][table]
+        of = read_toml("parts.toml")[part].get("tables", {}).get(table, {})
         head, *body = rows if "head" not in of else (of["head"], *rows)
         filled = [_filled(str(cell), numbers) for cell in head]
-        how = {key: of[key] for key in ("digits", "is_shown", "is_on_page") if key in of}
-        return cls(name, _filled(of["caption"], numbers), filled, body, **how)
+        return cls(name, filled, body, _filled(of.get("caption", ""), numbers), of.get("digits", 3))
 
     @property
     def shown(self) -> list[list[str]]:
@@ -187,31 +177,20 @@ class Part:
 
     key: str  # of files and links, as ``figure_14``
     title: str  # as "Figure 14: error of the dock's centre against the level"
-    paper: str  # what the paper shows
-    ours: str  # what ours shows, in numbers; of the study, a sentence a line
-    differs: str  # where and why they differ
+    text: str  # what it shows, in numbers; a paragraph a line
     plots: Sequence[Plot] = ()
     tables: Sequence[NumberTable] = ()
-    short: str = ""  # all of these in the report's short form
 
     @classmethod
     def of(
-        cls,
-        key: str,
-        plots: "Mapping[str, Figure]",
-        tables: Mapping[str, Rows],
-        /,
-        like: str = "",
-        files: str | None = None,
-        **numbers: Any,
+        cls, key: str, plots: "Mapping[str, Figure]", tables: Mapping[str, Rows], /, like: str = "", **numbers: Any
     ) -> "Part":
-        """A part with the words of its key, or of what it is ``like``; files are named after ``files`` or the key."""
-        like, files = like or key, key if files is None else files
-        texts = {name: words(like, name, **numbers) for name in ("title", "paper", "ours", "differs", "short")}
-        names = {name: files if name == "main" else f"{files}_{name}".lstrip("_") for name in (*plots, *tables)}
+        """A part with the words of its key, or of what it is ``like``; its main files have the key for their name."""
+        like = like or key
+        names = {name: key if name == "main" else f"{key}_{name}" for name in (*plots, *tables)}
         drawn = [Plot.of(names[name], words(like, "plots", name, **numbers), one) for name, one in plots.items()]
         listed = [NumberTable.of(like, name, names[name], rows, **numbers) for name, rows in tables.items()]
-        return cls(key, **texts, plots=drawn, tables=listed)
+        return cls(key, words(like, "title", **numbers), words(like, "text", **numbers), drawn, listed)
 
     def write(self, folder: Path) -> None:
         """Write each plot as PNG and SVG, and each table as CSV."""
@@ -229,15 +208,13 @@ def make_part(key: str, seed: int) -> Part:
     return getattr(module, key)(seed)
 
 
-def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Callable[[str], None]) -> None:
-    """Write the report, its short form and the files of each part, or of some; ``done`` gets the key of each."""
+def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Callable[[str], None]) -> Path:
+    """Write the report and the files of each part, or of some; ``done`` gets the key of each. Returns its path."""
     for key in only:
         if key not in PARTS:
             raise UserError(f"there is no part {key!r}; there are {', '.join(PARTS)}")
     wanted = [key for key in PARTS if not only or key in only]
-    check_folder(out, f"--out {out}")
-    with writing(f"--out {out}"):
-        out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     parts: dict[str, Part] = {}
     with workers(jobs, None) as (executor, _):
         waiting = {executor.submit(make_part, key, seed): key for key in sorted(wanted, key=lambda k: k not in _SLOW)}
@@ -247,7 +224,19 @@ def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Call
             with writing(f"--out {out}"):
                 parts[key].write(out)
             done(key)
-    about = {"seed": seed, "parts": [parts[key] for key in wanted], "versions": versions()}
-    for name, is_whole in (("report.md", True), ("paper.md", False)):
-        with writing(f"--out {out}"):
-            write_whole(out / name, f"{page('reproduction.md', is_whole=is_whole, **about).strip()}\n".encode())
+    return write_page(out / "paper.md", [parts[key] for key in wanted], seed=seed)
+
+
+def make_folder(out: Path) -> None:
+    """Make the folder of a report. Raises UserError where nothing can be put there."""
+    check_folder(out, f"--out {out}")
+    with writing(f"--out {out}"):
+        out.mkdir(parents=True, exist_ok=True)
+
+
+def write_page(path: Path, parts: Sequence[Part], **about: Any) -> Path:
+    """Write a report's page by the template of its name, and return its path."""
+    text = page(path.name, parts=parts, versions=versions(), **about)
+    with writing(f"--out {path.parent}"):
+        write_whole(path, f"{text.strip()}\n".encode())
+    return path

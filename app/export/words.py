@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 from dockpose import Camera, Dock, Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.drawing.numbers import MISSING, count, number, percent
+from dockpose.app.drawing.numbers import count, number, percent
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, SessionRecord
 from dockpose.app.export.parts import sentences
@@ -127,20 +127,13 @@ def usual_ranges_m(camera: Camera, dock: Dock) -> list[float]:
     return [float(f"{range_m:.2g}") for range_m in ranges]
 
 
-def budget_cells(budget: Budget, simulated: Budget | None = None) -> list[str]:
-    """Return the cells of ``HEAD``; what came out of simulation stands in brackets."""
+def budget_cells(budget: Budget) -> list[str]:
+    """Return the cells of ``HEAD``."""
     apart = f"{budget.apart_px:.0f}" + ("" if budget.lights_apart else " (merge)")
-    pairs = zip(_numbers(budget), _numbers(simulated) if simulated else [""] * 5, strict=True)
-    shown = [f"{one} ({other})" if other not in ("", MISSING) else one for one, other in pairs]
     tilt = f"{budget.tilt_deg:g}" + ("" if budget.in_view else " (not all in view)")
-    return [f"{budget.range_m:g}", tilt, apart, *shown]
-
-
-def _numbers(budget: Budget) -> list[str]:
     x, y, z = 100 * budget.sigmas[:3]
-    right = None if budget.tells_apart is None else 100 * budget.tells_apart
-    in_all = MISSING if budget.totals is None else _digits(100 * budget.totals[2])
-    return [_digits(max(x, y)), _digits(z), in_all, _digits(max(budget.sigmas[3:])), number(right, 0)]
+    exact = _digits(max(x, y)), _digits(z), _digits(100 * budget.totals[2]), _digits(max(budget.sigmas[3:]))
+    return [f"{budget.range_m:g}", tilt, apart, *exact, percent(budget.tells_apart, 0)]
 
 
 def _digits(value: float) -> str:

@@ -26,7 +26,7 @@ def draw_scenes(seed: int, a_half: int) -> list[Drawn]:
 
 
 def draw_scene(seed: int, *, hard: bool) -> Drawn:
-    """A dock wholly in view, as ``distribution`` in static/parts.txt says."""
+    """A dock wholly in view, as ``figure_15`` in static/parts.toml says."""
     rng = np.random.default_rng([seed, int(hard)])
     scene = _plain(rng, seed)
     if hard:

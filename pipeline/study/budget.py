@@ -8,14 +8,12 @@ from typing import cast
 
 import numpy as np
 from dockpose.camera.camera import Camera
-from dockpose.checks import check_number, check_whole
+from dockpose.checks import check_number
 from dockpose.dock import Dock
-from dockpose.lights.ellipse import NoEllipseError
 from dockpose.pose.circle import rotation_from_angles
 from dockpose.pose.refine import light_rays, refine
 from dockpose.pose.solve import find_poses
 from dockpose.pose.uncertainty import SharedErrors, deviations
-from dockpose.study.judge import judge_choice
 
 USUAL_NOISE_PX = 0.3  # of a light's centre along each axis; 0.1 for bright, sharp lights, 1 in turbid water
 # Two neighbouring lights are one group where less than this lies between their centres: each is about three pixels
@@ -38,8 +36,7 @@ class Budget:
     in_view: bool  # whether all lights are in the picture
     sigmas: np.ndarray  # (5,): standard errors of x, y, z in metres, theta_x, theta_y in degrees, of the right pose
     tells_apart: float | None  # chance that the likelier of both poses is right; None where they are the same
-    # (5,): with what camera, diameter and lights' places may be off; None where it was not computed
-    totals: np.ndarray | None = None
+    totals: np.ndarray  # (5,): with what camera, diameter and lights' places may be off
 
     @property
     def lights_apart(self) -> bool:
@@ -64,35 +61,6 @@ def budget(camera: Camera, dock: Dock, range_m: float, tilt_deg: float, noise_px
     tells = _tells_apart(camera, dock, tilt_deg, lights_px, noise_px)
     totals = _IN_DEG * np.hypot(sigmas, shared)
     return Budget(range_m, tilt_deg, *_view(camera, lights_px), _IN_DEG * sigmas, tells, totals)
-
-
-def simulated_budget(
-    camera: Camera,
-    dock: Dock,
-    range_m: float,
-    tilt_deg: float,
-    noise_px: float = USUAL_NOISE_PX,
-    draws: int = 200,
-    seed: int = 0,
-) -> Budget:
-    """Errors as they come out: the pose of lights whose centres have noise, drawn again and again."""
-    _check(dock, range_m, tilt_deg, noise_px)
-    check_whole("draws", draws, least=1)
-    rng = np.random.default_rng([seed, round(1e6 * range_m), round(1e6 * tilt_deg)])
-    lights_px, errors, right = np.empty((0, 2)), [], []
-    for _ in range(draws):
-        lights_px, rotation, position = _seen(camera, dock, range_m, tilt_deg, rng.uniform(0, 2 * math.pi))
-        noisy = lights_px + rng.normal(0, noise_px, lights_px.shape)
-        try:
-            error, is_right = judge_choice(find_poses(noisy, camera, dock)[1], position, -rotation[:, 2])
-        except NoEllipseError:
-            continue
-        errors.append(error)
-        right.append(is_right)
-    if not errors:
-        raise ValueError(f"range_m is {range_m!r}; no pose was found in {draws} draws")
-    tells = None if math.radians(tilt_deg) < _SAME_RAD else float(np.mean(right))
-    return Budget(range_m, tilt_deg, *_view(camera, lights_px), np.sqrt(np.mean(np.square(errors), axis=0)), tells)
 
 
 def nearest_m(camera: Camera, dock: Dock) -> float:
@@ -134,11 +102,9 @@ def _check(dock: Dock, range_m: float, tilt_deg: float, noise_px: float) -> None
         raise ValueError(f"tilt_deg is {tilt_deg!r}; it must be within 0 to {_MOST_TILTED_DEG:g}")
 
 
-def _seen(
-    camera: Camera, dock: Dock, range_m: float, tilt_deg: float, roll_rad: float = 0.0
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The lights' images, and the dock's rotation, roll included, and position."""
-    rotation = rotation_from_angles(0.0, math.radians(tilt_deg), roll_rad)
+def _seen(camera: Camera, dock: Dock, range_m: float, tilt_deg: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The lights' images, and the dock's rotation and position."""
+    rotation = rotation_from_angles(0.0, math.radians(tilt_deg))
     position = np.array([0.0, 0.0, range_m])
     return camera.project(position + dock.light_points() @ rotation.T), rotation, position
 

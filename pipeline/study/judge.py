@@ -140,7 +140,6 @@ def find(label: str, picture: Picture) -> Estimate:
     return estimate(picture.image, scene.camera, scene.dock, settings, fall_back=label == PRODUCT)
 
 
-ELAPSED = "elapsed_ms"  # the only number that is timed
 DIGITS = 6  # of numbers in files; leaves out the last digits, which differ between machines' linear algebra
 _OF_WATER = ("absorption_per_m", "scattering_per_m", "attenuation_per_m")
 _OF_SENSOR = ("read_noise_levels", "electrons_per_level", "blur_px", "motion_blur_px", "vignetting", "jpeg_quality")
@@ -155,7 +154,7 @@ def scene_rows(seed: int, index: int) -> list[Row]:
     for label in methods():
         found = find(label, picture)
         judged = judge(found, picture.truth, picture.scene.dock.radius, has_dock=drawn.has_dock)
-        rows.append({**factors, "method": label, **judged, ELAPSED: round(found.elapsed_ms, 3)})
+        rows.append({**factors, "method": label, **judged})
     return rows
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
-from dockpose.study.judge import COLUMNS, ELAPSED, FALSE_DOCK, SUCCESS, WRONG_POSE, methods
+from dockpose.study.judge import COLUMNS, FALSE_DOCK, SUCCESS, WRONG_POSE, methods
 from dockpose.study.summary import FACTORS, Columns
 
 _TEXT = ("status", "outcome", "selected_by")
@@ -36,5 +36,4 @@ def table(scenes: int, outcome: Callable[[int, str], str], docks: int | None = N
     columns["error_z_m"] = np.where(seen, np.where(hit, 0.01, -0.2), np.nan)
     columns["sigma_z_m"] = np.where(seen, 0.01, np.nan)
     columns["angle_error_deg"] = np.where(seen, np.where(hit, 1.0, 30.0), np.nan)
-    columns[ELAPSED] = np.full(len(keys), 5.0)
     return columns

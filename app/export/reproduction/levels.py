@@ -68,7 +68,7 @@ def figure_8(seed: int) -> Part:
     for column, title in ((1, "histogram"), (2, "groups at each level")):
         grid[0, column].set_title(title, fontsize=SMALL)
         grid[-1, column].set_xlabel("grey level", fontsize=SMALL)
-    return Part.of("figure_8", {"main": figure}, {"main": rows}, exact=exact, pictures=pictures, seen=seen)
+    return Part.of("figure_8", {"main": figure}, {"main": rows}, exact=exact, seen=seen)
 
 
 def figure_14(seed: int) -> Part:
@@ -95,7 +95,6 @@ def figure_14(seed: int) -> Part:
     axes[0, 0].set_ylabel("error of the centre (px)")
     axes[1, 1].set_ylabel("")
     draw.legend_above(figure, axes[0, 0], ncols=4)
-    known = levels[np.isfinite(curves[0][:, 2])]
     head = ("level", *(f"{name}, {case} (px)" for case in ("all", "three missing") for name in _CENTRES))
     return Part.of(
         "figure_14",
@@ -104,8 +103,7 @@ def figure_14(seed: int) -> Part:
         pictures=pictures,
         at_hats=at_hats,
         moved=at_hats[1] - at_hats[0],
-        found=len(known),
-        range=f"within {known[0]} to {known[-1]}" if len(known) else "none",
+        found=int(np.isfinite(curves[0][:, 2]).sum()),
         spans=[_span(one) for one in curves[0].T],
     )
 
@@ -137,10 +135,8 @@ def figure_16(seed: int) -> Part:
         lights=[sorted({int(column.min()), int(column.max())}) for column in lights.T],
         pictures=len(errors),
         largest=np.abs(difference[:4]).max(),
-        share=100 * np.abs(difference[:4]).max() / exact[2],
         apart=[name for name, is_apart in zip(sweeps.PARAMETERS, apart, strict=True) if is_apart],
         most=_AGREE,
-        scatter=scatter,
     )
 
 

@@ -15,12 +15,6 @@ from dockpose.paper.scenes import tank_scenes
 from dockpose.study.judge import is_right
 from dockpose.study.statistics import Difference, Share, paired_difference, share_of
 
-# Each of ``COLUMNS`` in words.
-_WORDS = {
-    "exact": "the groups are exactly the lights",
-    "plain_chain": "a pose of the ellipse through all groups is right",
-    "right": "the pose that our further steps choose is right",
-}
 _ONE_SCENE = "uneven lighting"
 
 
@@ -32,18 +26,11 @@ def figure_15(seed: int) -> Part:
     }
     beside = (methods_beside(name, pictures[name].image, of, NAMES) for name, of in found_in.items())
     picture, found = pictures[_ONE_SCENE], found_in[_ONE_SCENE]
-    right = {
-        name: {method: is_right(one.selected, pictures[name].truth) for method, one in of.items()}
-        for name, of in found_in.items()
-    }
     one_scene = [
         (NAMES[name], _level(one), _seen(one), one.lights_on_ring, *picture.off(one), one.message)
         for name, one in found.items()
     ]
-    tank = [
-        (name, *(f"{_level(one)}: {_seen(one)}, {_NOT[right[name][method]]}right" for method, one in of.items()))
-        for name, of in found_in.items()
-    ]
+    tank = [(name, *(_summed_up(one, pictures[name]) for one in of.values())) for name, of in found_in.items()]
     tally = rivals.compare_methods(seed)
     against = {NAMES[rival]: _differences(tally, "hats", rival) for rival in rivals.RIVALS}
     cases = {**NAMES, PER_LIGHT: "HATS, a level per light", ANY_LEVEL: ANY_LEVEL}
@@ -56,19 +43,11 @@ def figure_15(seed: int) -> Part:
             "main": share_rows(tally, cases),
             "differences": [(name, *_in_percent(of.values())) for name, of in against.items()],
         },
-        scene=_ONE_SCENE,
-        picture=picture,
-        found=found,
-        right=right[_ONE_SCENE],
         names=NAMES,
-        columns=_WORDS,
         cases=2 * rivals.SCENES_A_HALF,
         shares=_shares(tally),
-        claims={column: by_verdict({name: vars(of[column]) for name, of in against.items()}) for column in COLUMNS},
+        claims=by_verdict({name: vars(of["exact"]) for name, of in against.items()}),
     )
-
-
-_NOT = {True: "", False: "not "}
 
 
 def literal_hats(seed: int) -> Part:
@@ -82,7 +61,6 @@ def literal_hats(seed: int) -> Part:
         cases=2 * rivals.SCENES_A_HALF,
         exact=[shares["exact"][name] for name in (LITERAL, OURS)],
         right=[shares["right"][name] for name in (LITERAL, OURS)],
-        whole=_differences(tally, OURS, LITERAL),
     )
 
 
@@ -93,6 +71,11 @@ def _level(found: Estimate) -> int:
 
 def _seen(found: Estimate) -> int:
     return 0 if found.markers is None else found.markers.seen
+
+
+def _summed_up(found: Estimate, picture: Picture) -> str:
+    """Level, groups, and whether the chosen pose is right."""
+    return f"{_level(found)}: {_seen(found)}, {'' if is_right(found.selected, picture.truth) else 'not '}right"
 
 
 def _shares(tally: Tally) -> dict[str, dict[str, Share]]:

@@ -111,13 +111,10 @@ def figure_17(seed: int) -> Part:
                 for what, (name, _) in enumerate(_ERRORS)
             ],
         },
-        set_up={"ring": _RING_OF, "noise_px": _NOISE_PX, "range_m": _RANGE_M, "tilt_deg": _MOST_TILT_DEG},
-        diameter_m=DIAMETER_M,
-        camera=CAMERA,
+        set_up={"ring": _RING_OF, "noise_px": _NOISE_PX, "range_m": _RANGE_M},
         medians={cell: {who: tuple(one[0]) for who, one in of.items()} for cell, of in quantiles.items()},
         wrong=wrong,
         first=_COUNTS_SEEN[0],
-        last=_COUNTS_SEEN[-1],
         trials=_TRIALS,
     )
 
@@ -193,8 +190,4 @@ def table_1(seed: int) -> Part:
         {"main": [["rule", *itertools.chain(*heads)], *counts], **approaches},
         number=APPROACHES,
         set_up=closed_loop,
-        names={rule: name for rule, (name, _) in _RULES.items()},
-        shares=shares,
-        lost={rule: int((came[:, 1] & ~came[:, -1]).sum()) for rule, came in right.items()},
-        wrong={rule: int((~came).sum()) for rule, came in right.items()},
     )

@@ -1,18 +1,18 @@
 """Figures 5 to 7: point spread functions, the picture of a lamp through each, and its histogram."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import msgspec
 import numpy as np
 from dockpose.app.drawing.colours import BARS_COLOUR, BLUE, GREEN, ORANGE, PURPLE, THRESHOLD_COLOUR
-from dockpose.app.export.parts import Part, Rows
+from dockpose.app.export.parts import Cell, Part, Rows
 from dockpose.app.export.plots import PHOTO_DPI, SMALL, canvas, draw_histogram, show
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.simulate import Lights, Pose, Scene
 from dockpose.simulate.optics.glow import light_of
-from dockpose.simulate.optics.psf import ANGLES, PointSpread, Psf, hou_exponent, point_spread
+from dockpose.simulate.optics.psf import ANGLES, PointSpread, Psf, point_spread
 from dockpose.simulate.optics.water import Water
 from dockpose.simulate.parts import Background, Lamp
 from dockpose.simulate.render import expose
@@ -32,10 +32,13 @@ _SEEN = (math.radians(0.01) < ANGLES) & (math.radians(60) > ANGLES)
 _DRAWS = 3
 _WITHIN_DEG = 1.0
 _NEAR_M = 1.0  # where c r = 1, and direct light still counts
-_TILT_DEG, _OFFSET_PX = 50.0, 30
+_TILT_DEG = 50.0
 _STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREEN, ":"), (PURPLE, "-."))
 _HOU, _POISSON, _VOSS = Psf("hou", theta0_rad=_THETA0_RAD), Psf("hou_poisson", theta0_rad=_THETA0_RAD), Psf()
-_WHERE = {"water": _WATER, "theta0": _THETA0_RAD, "near_m": _NEAR_M, "far_m": _FAR_M}
+_HEAD = (
+    *("picture", "share of direct light", "share of glow", "of the glow within 1 deg", "peak at level"),
+    *("pixels in the peak on the lamp (%)", "pixels in the peak, over those below", "direct light on the lamp (%)"),
+)
 
 
 class _LampPicture:
@@ -62,30 +65,26 @@ class _LampPicture:
 
 def figure_5(seed: int) -> Part:
     """Hou's function, and the authors' with a Poisson number."""
-    spreads = {f"Hou, {r:g} m": point_spread(_HOU, _WATER, r) for r in _DISTANCES_M}
+    spreads = _spreads("Hou", _HOU)
     rng = np.random.default_rng([seed, *b"poisson"])
     drawn = {f"Poisson, draw {k + 1}": point_spread(_POISSON, _WATER, _FAR_M, rng) for k in range(_DRAWS)}
+    faintest = min(drawn, key=lambda name: drawn[name].glow_share)  # all of them would hide each other
     hou, poisson = _lamp_pictures(*(_lamp_scene(psf, _FAR_M, seed) for psf in (_HOU, _POISSON)))
     pictures = {"Hou": hou, "Poisson": poisson}
-    direct = math.exp(-_WATER.attenuation_per_m * _FAR_M)
-    faintest = min(drawn, key=lambda name: drawn[name].glow_share)  # all of them would hide each other
     return Part.of(
         "figure_5",
         {"main": _draw({**spreads, faintest: drawn[faintest]}, pictures)},
         {"main": _table(pictures, {"Hou": spreads[f"Hou, {_FAR_M:g} m"]}), "curves": _curves(spreads)},
-        exponent=hou_exponent(_HOU, _WATER, _FAR_M),
         picture=hou,
         mean=_WATER.scattering_per_m * _FAR_M,
-        numbers=[round(spread.glow_share / direct) for spread in drawn.values()],
-        **_WHERE,
+        far_m=_FAR_M,
     )
 
 
 def figure_6(seed: int) -> Part:
     """Voss' function, from the modulation transfer function."""
-    near, _, far = names = [f"Voss, {r:g} m" for r in _DISTANCES_M]
-    spreads = {name: point_spread(_VOSS, _WATER, r) for name, r in zip(names, _DISTANCES_M, strict=True)}
-    hou = point_spread(_HOU, _WATER, _FAR_M)
+    spreads, hou = _spreads("Voss", _VOSS), point_spread(_HOU, _WATER, _FAR_M)
+    near, _, far = spreads
     places = {far: (_VOSS, _FAR_M), near: (_VOSS, _NEAR_M), "Hou, for comparison": (_HOU, _FAR_M)}
     pictures = {name: _lamp_pictures(_lamp_scene(*place, seed))[0] for name, place in places.items()}
     both = {**spreads, "Hou, for comparison": hou}
@@ -93,15 +92,15 @@ def figure_6(seed: int) -> Part:
         "figure_6",
         {"main": _draw(both, {name: pictures[name] for name in (far, near)})},
         {"main": _table(pictures, both), "curves": _curves(spreads)},
-        near=pictures[near],
-        far=pictures[far],
-        other=pictures["Hou, for comparison"],
-        within_deg=_WITHIN_DEG,
-        within=[100 * _glow_within(one, math.radians(_WITHIN_DEG)) for one in (spreads[far], hou)],
+        **{"near": pictures[near], "far": pictures[far], "near_m": _NEAR_M, "far_m": _FAR_M},
         voss=spreads[far],
         hou=hou,
-        **_WHERE,
     )
+
+
+def _spreads(name: str, psf: Psf) -> dict[str, PointSpread]:
+    """A function at each of the distances."""
+    return {f"{name}, {r:g} m": point_spread(psf, _WATER, r) for r in _DISTANCES_M}
 
 
 def figure_7(seed: int) -> Part:
@@ -127,17 +126,13 @@ def figure_7(seed: int) -> Part:
         "figure_7",
         {"main": figure},
         {"main": _table({**pictures, f"both lamps at {_FAR_M:g} m": far}, {})},
-        offset=_OFFSET_PX,
-        sides=[_lopsidedness(one, _OFFSET_PX) for one in (square, rotated)],
         dimmed=math.cos(math.radians(_TILT_DEG)),
-        near=_two_peaks(both),
-        far=_two_peaks(far),
-        **{name: _WHERE[name] for name in ("near_m", "far_m")},
+        **{"near": _two_peaks(both), "far": _two_peaks(far), "near_m": _NEAR_M, "far_m": _FAR_M},
     )
 
 
 def _table(pictures: Mapping[str, _LampPicture], spreads: Mapping[str, PointSpread]) -> Rows:
-    rows = []
+    rows: list[Sequence[Cell]] = [_HEAD]
     for key, picture in pictures.items():
         shares: tuple[float | None, ...] = (None,) * 3
         if (spread := spreads.get(key)) is not None:
@@ -230,11 +225,3 @@ def _glow_within(spread: PointSpread, angle_rad: float) -> float:
     inside = angle_rad >= ANGLES
     ring = 2 * math.pi * spread.glow_per_sr * ANGLES**2  # d(theta) = theta d(ln theta)
     return float(np.trapezoid(ring[inside], np.log(ANGLES[inside])) / np.trapezoid(ring, np.log(ANGLES)))
-
-
-def _lopsidedness(picture: _LampPicture, offset_px: int) -> tuple[float, float]:
-    """How far from symmetric the glow is at an offset from the lamp; 1 and 1 where it is symmetric."""
-    middle = _SIDE_PX // 2
-    left, right = picture.glow[middle, [middle - offset_px, middle + offset_px]].tolist()
-    above, below = picture.glow[[middle - offset_px, middle + offset_px], middle].tolist()
-    return left / right, (left + right) / (above + below)

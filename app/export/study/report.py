@@ -1,59 +1,81 @@
-"""The study's page, its plots and its summary, from ``study.csv`` and ``cost.csv``."""
+"""The study: its scenes by several processes, and its page, its plots and its summary."""
 
 import dataclasses
+import functools
 import itertools
 import json
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import cv2
 from dockpose.app.errors import writing
-from dockpose.app.export.parts import Cell, NumberTable, Part, Plot, Rows, by_verdict, listed, page, sentences, words
+from dockpose.app.experiment.record import csv_text
+from dockpose.app.export.parts import (
+    Cell,
+    NumberTable,
+    Part,
+    Plot,
+    Rows,
+    by_verdict,
+    listed,
+    make_folder,
+    page,
+    sentences,
+    words,
+    write_page,
+)
 from dockpose.app.export.study import plots
-from dockpose.app.processing.study import COST_CSV, STUDY_CSV
-from dockpose.app.resources import versions
+from dockpose.app.processing.parallel import workers
 from dockpose.files import write_whole
-from dockpose.study.judge import ELAPSED, HATS, PRODUCT, RIVALS, methods, title_of
-from dockpose.study.summary import Columns, columns_of, of_method, summary_of
-from markupsafe import Markup
-from matplotlib.figure import Figure
+from dockpose.study.judge import HATS, PRODUCT, RIVALS, Row, as_text, methods, scene_rows, title_of
+from dockpose.study.summary import columns_of, summary_of
 
-PLOTS = "plots"  # folder of the plots and tables
 _RANGES = ("range_diameters", "ring_radius_px", "attenuation_lengths")
 _TRUSTED = 0.9  # of the poses reported, from which on a range counts as one where they can be relied on
 _SHORT = (0, 2, 3, 7, 9)  # columns of the table by range that an operator needs
 _OF_ALL = ("either_right", "position_right", "wrong_pose", "refused", "false_dock_beside", "false_dock_without")
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
-def write_report(folder: Path) -> Path:
-    """Write the page of a finished study, its plots, tables and summary; returns the page's path."""
-    columns, cost = (columns_of((folder / name).read_text(encoding="utf-8")) for name in (STUDY_CSV, COST_CSV))
-    summary = summary_of(columns)
-    parts = parts_of(summary, cost)
-    with writing(f"--out {folder}"):
-        write_whole(folder / "summary.json", (json.dumps(summary, indent=1) + "\n").encode())
-        (folder / PLOTS).mkdir(exist_ok=True)
+def study(out: Path, scenes: int, seed: int, jobs: int, scheduler: str | None, done: Callable[[], None]) -> Path:
+    """Try every method on random scenes, and write the report of that; ``done`` hears of each scene."""
+    make_folder(out)
+    os.environ |= dict.fromkeys(_THREADS, "1")  # idle threads of the workers' linear algebra would take their cores
+    rows: list[Row] = []
+    with workers(jobs, scheduler) as (executor, _):
+        for found in executor.map(functools.partial(_rows_of, seed), range(scenes)):
+            rows += found
+            done()
+    table = csv_text([[*rows[0]], *([as_text(value) for value in row.values()] for row in rows)])
+    with writing(f"--out {out}"):
+        write_whole(out / "study.csv", table.encode())
+    return write_report(out, summary_of(columns_of(table)))
+
+
+def _rows_of(seed: int, scene: int) -> list[Row]:
+    """Rows of one scene. Runs in a worker."""
+    cv2.setNumThreads(1)
+    return scene_rows(seed, scene)
+
+
+def write_report(out: Path, summary: Mapping[str, Any]) -> Path:
+    """Write the page, its plots and tables, the summary and the advice for the help; returns the page's path."""
+    parts = parts_of(summary)
+    with writing(f"--out {out}"):
+        write_whole(out / "summary.json", (json.dumps(summary, indent=1) + "\n").encode())
+        write_whole(out / "advice.html", advice_html(summary).encode())
         for part in parts:
-            part.write(folder / PLOTS)
-        write_whole(folder / "index.html", page_of(summary, parts).encode())
-        write_whole(folder / "advice.html", advice_html(summary, with_tables=False).encode())
-    return folder / "index.html"
+            part.write(out)
+    return write_page(out / "study.md", parts, summary=summary)
 
 
-def page_of(summary: Mapping[str, Any], parts: Sequence[Part]) -> str:
-    """The page's HTML, which needs nothing beside it."""
-    advice = Markup(advice_html(summary))
-    return page("study_report.html", summary=summary, parts=parts, advice=advice, versions=versions())
-
-
-def advice_html(summary: Mapping[str, Any], *, with_tables: bool = True) -> str:
-    """Which method when, and how far to trust the pose at which range, as a fragment of HTML."""
-    tables = [trust_table(summary, name) for name in _RANGES]
-    if not with_tables:  # of the pose's errors by range, what an operator needs
-        rows = [[row[column] for column in _SHORT] for row in tables[0].rows]
-        tables = [NumberTable.of("trust", "short", "trust", rows)]
-    return page("advice.html", summary=summary, sentences=advice_text(summary), tables=tables)
+def advice_html(summary: Mapping[str, Any]) -> str:
+    """Which method when, and of the pose's errors by range what an operator needs, as a fragment of HTML."""
+    rows = [[row[column] for column in _SHORT] for row in trust_table(summary, _RANGES[0]).rows]
+    short = NumberTable.of("advice", "short", "trust", rows)
+    return page("advice.html", summary=summary, sentences=advice_text(summary), by_range=short)
 
 
 def trust_table(summary: Mapping[str, Any], name: str) -> NumberTable:
@@ -64,16 +86,12 @@ def trust_table(summary: Mapping[str, Any], name: str) -> NumberTable:
         cells = [*shares, result["position_error_share"]["value"], result["position_error_share_90"]]
         angles = result["angle_error_deg"]["value"], result["angle_error_deg_90"]
         rows.append([label, result["success"]["count"], *map(_hundred, cells), *angles])
-    return NumberTable.of("trust", "main", f"trust_{name}", rows, title=factor["title"])
+    return NumberTable.of("advice", "trust", f"trust_{name}", rows, title=factor["title"])
 
 
-def parts_of(summary: Mapping[str, Any], cost: Columns) -> list[Part]:
-    """All that the page shows after the advice."""
+def parts_of(summary: Mapping[str, Any]) -> list[Part]:
+    """All that the page shows."""
     numbers = {"scenes": summary["scenes"], "docks": summary["docks"], "product": title_of(PRODUCT)}
-
-    def part(key: str, figures: Mapping[str, Figure], tables: Mapping[str, Rows], *paragraphs: str) -> Part:
-        return Part.of(key, figures, tables, files="", text="\n\n".join(paragraphs), **numbers)
-
     against = [
         [title_of(first), title_of(rival), *_with_interval(one), one["first_only"], one["second_only"], one["p_value"]]
         for first, of in summary["against"].items()
@@ -83,19 +101,19 @@ def parts_of(summary: Mapping[str, Any], cost: Columns) -> list[Part]:
     for one in summary["methods"].values():
         others = (_hundred(one[key]["value"]) for key in (*_OF_ALL, "position_error_share"))
         of_all.append([one["title"], *_with_interval(one["success"]), *others, one["angle_error_deg"]["value"]])
-    times = {label: of_method(cost, label) for label in methods()}
-    costs = [[title_of(label), *np.quantile(one[ELAPSED], (0.5, 0.95, 1.0)).tolist()] for label, one in times.items()]
     by = [
         Plot.of(f"by_{name}", words("factors", "plots", "by", title=factor["title"]), plots.factor_figure(factor))
         for name, factor in summary["factors"].items()
     ]
-    claims = *claim_text(summary), *factor_text(summary)
+    claims, held = [*claim_text(summary), *factor_text(summary)], calibration_text(summary)
+    figures = plots.against_figure(summary), plots.methods_figure(summary), plots.calibration_figure(summary)
+    advice = Part.of("advice", {}, {}, text="\n\n".join(advice_text(summary)))
     return [
-        part("claim", {"hats_against": plots.against_figure(summary)}, {"hats_against": against}, *claims),
-        part("all", {"methods": plots.methods_figure(summary)}, {"methods": of_all}),
-        dataclasses.replace(part("factors", {}, {"factors": _factors_rows(summary)}), plots=by),
-        part("calibration", {"calibration": plots.calibration_figure(summary)}, {}, *calibration_text(summary)),
-        part("cost", {}, {"cost_of_methods": costs}),
+        dataclasses.replace(advice, tables=[trust_table(summary, name) for name in _RANGES]),
+        Part.of("hats_against", {"main": figures[0]}, {"main": against}, text="\n\n".join(claims)),
+        Part.of("methods", {"main": figures[1]}, {"main": of_all}, **numbers),
+        dataclasses.replace(Part.of("factors", {}, {"main": _factors_rows(summary)}), plots=by),
+        Part.of("calibration", {"main": figures[2]}, {}, text="\n\n".join(held), **numbers),
     ]
 
 

@@ -232,7 +232,7 @@ WORK = (
     *("inputs.pictures.estimate", "processing.following.Following.see", "commands.compare.compare"),
     *("commands.simulate.film", "commands.export._files", "commands.calibration.gathered"),
     *("commands.calibration.dock_views", "commands.paper.budget"),
-    *("processing.study.workers", "export.parts.workers"),
+    *("export.study.report.workers", "export.parts.workers"),
 )
 
 

@@ -28,7 +28,6 @@ COMMANDS = {
     "folder": (["estimate", "pictures", "--json", "out/a.jsonl", "--annotate", "out"], "out/002.png"),
     "simulate": (["simulate", "--out", "out", "--frames", "5000"], "out/frame_0002.png"),
     "two jobs": ([*FILM, "--jobs", "2"], "out/a.jsonl"),
-    "study": (["study", "--scenes", "500", "--seed", "1", "--jobs", "2", "--out", "out"], "out/scenes/000000.csv"),
     "reproduce": (["reproduce", "--jobs", "2", "--out", "out"], ""),
     "serve": (["serve", "--port", "0"], ""),
 }

@@ -1,6 +1,7 @@
 """The study's page, its words and its plots."""
 
 import json
+import re
 
 import pytest
 from dockpose.app.export.parts import Plot
@@ -11,9 +12,8 @@ from dockpose.app.export.study.report import (
     calibration_text,
     claim_text,
     factor_text,
-    page_of,
-    parts_of,
     trust_table,
+    write_report,
 )
 from dockpose.study.judge import methods, title_of
 from dockpose.study.summary import summary_of
@@ -37,7 +37,7 @@ def summary(columns):
 def test_advice_and_trust_of_a_saved_summary(summary):
     html = advice_html(summary)
     assert html.startswith("<p>From 40 simulated scenes of seed 3, 40 with a dock.")
-    assert (html.count("<table>"), html.count("<html")) == (3, 0)
+    assert (html.count("<table>"), html.count("<html")) == (1, 0)
     assert advice_html(json.loads(json.dumps(summary))) == html
     trust = trust_table(summary, "range_diameters")
     assert trust.head[:3] == ["range in dock diameters", "docks", "found and right in %"]
@@ -47,17 +47,21 @@ def test_advice_and_trust_of_a_saved_summary(summary):
 
 
 @pytest.mark.slow
-def test_the_page_has_everything_and_stands_alone(summary, columns):
+def test_the_page_has_everything(summary, tmp_path):
     few = {name: summary["factors"][name] for name in DRAWN}  # each takes a second to draw
-    summary = summary | {"factors": few}
-    parts = parts_of(summary, columns)
-    assert [part.key for part in parts] == ["claim", "all", "factors", "calibration", "cost"]
-    assert len(parts[2].plots) == len(few)
-    html = page_of(summary, parts)
-    assert html.index("Which method when") < html.index("HATS against its rivals")
-    assert html.count("<svg") == sum(len(part.plots) for part in parts)
-    assert "None" not in html.replace("none", "")
-    assert "src=" not in html
+    text = write_report(tmp_path, summary | {"factors": few}).read_text(encoding="utf-8")
+    heads = [line[3:] for line in text.splitlines() if line.startswith("## ")]
+    assert [head.split(",")[0] for head in heads] == [
+        *("Which method when", "HATS against its rivals", "All methods", "What makes it hard"),
+        "Probabilities and intervals",
+    ]
+    shown = re.findall(r"\]\(\./(\S+)\)", text)
+    assert shown == [
+        f"{name}.svg" for name in ("hats_against", "methods", *(f"by_{name}" for name in few), "calibration")
+    ]
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {*shown, "summary.json", "advice.html", "factors.csv", "trust_range_diameters.csv"} <= names
+    assert "None" not in text
 
 
 def hundred(right, otherwise="refused"):

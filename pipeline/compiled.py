@@ -71,8 +71,9 @@ def _kept(loop: Callable[..., Any], how: dict[str, Any]) -> Any:
     function: Any = numba.njit(cache=True, **how)(loop)
     # Numba's own stamp leaves out what a function calls, though it is compiled in; and its versions share one index.
     cache = function._cache
-    name = f"{cache._impl.filename_base}-{numba.__version__}"
-    cache._cache_file = IndexDataCacheFile(cache.cache_path, name, stamp_of_sources(_ROOT))
+    name, stamp = f"{cache._impl.filename_base}-{numba.__version__}", stamp_of_sources(_ROOT)
+    cache._cache_file = IndexDataCacheFile(cache.cache_path, name, stamp)
+    cache._cache_file._version = stamp  # read first: the rest may be of types that other sources had
     keep = cache.save_overload
 
     def keep_if_there_is_room(signature: Any, data: Any) -> None:

@@ -14,8 +14,8 @@ from dockpose.estimate.found import EXACT_OF_AXIS, LITTLE_CHANCE, NO_CHANCE, Fou
 from dockpose.estimate.stages import Picture, look
 from dockpose.lights.chance import FIRST_POINTS
 from dockpose.lights.ellipse import MIN_POINTS
+from dockpose.lights.growing import TOLERANCE_OF_AXIS
 from dockpose.lights.ring import Ring
-from dockpose.lights.whole import TOLERANCE_OF_AXIS
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Threshold, hats_local, histogram_of
 from dockpose.thresholds.outlines import by_outlines

@@ -15,10 +15,9 @@ from dockpose.dock import Dock
 from dockpose.estimate.found import Found
 from dockpose.estimate.result import Estimate
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError
-from dockpose.lights.exact import Kind
 from dockpose.lights.markers import Markers, find_markers, with_fitted_centres
 from dockpose.lights.region import ring_in
-from dockpose.lights.ring import Ring
+from dockpose.lights.ring import Kind, Ring
 from dockpose.pixels.bright import SATURATED
 from dockpose.pose.choice import Choice
 from dockpose.pose.detection import detection_of, evenly_spaced_part, few_in_words, found_in_words, judged

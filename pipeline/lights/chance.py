@@ -5,6 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 from dockpose.compiled import compiled
+from dockpose.lights.ellipse import MIN_POINTS, Ellipse
+from dockpose.lights.reprojection import RingTemplate, as_pose, farthest_off, flatten, stretch
+from dockpose.lights.spacing import phase_of
 
 # Expected number of chance rings below which a ring is one: where it is all that there is, and where it is picked out
 # from among others, at two thresholds and from the brightest points first.
@@ -16,10 +19,11 @@ _ACCEPTED_INEXACT, BUILT_WITHIN = 1e-4, 0.065
 _SIZES = 6.0  # octaves of radius that are searched
 _BRIGHTNESSES = 8.0  # octaves of brightness down to the dimmest light, each another set of points
 LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rings: not every picture shows one
-# Lamps on a cable are not strewn: the second is within so many steps of the first, and each further one within so many
+# Lamps on a string are not strewn: the second is within so many steps of the first, and each further one within so many
 # of where the last two point; one of twenty is out. A ring with such a share of its lights, or along such a share of
-# it, is no cable, and ten thousand docks are seen for each cable that would pass for a part of one.
-_NEAR_STEPS, _NEXT_STEPS, _LARGEST_GAP, _OUT, CLOSED, _FEWER_CABLES = 3.0, 0.25, 2, 0.05, 0.75, 1e4
+# it, is no string, and ten thousand docks are seen for each string that would pass for a part of one.
+_NEAR_STEPS, _NEXT_STEPS, _LARGEST_GAP, _OUT, CLOSED, _FEWER_STRINGS = 3.0, 0.25, 2, 0.05, 0.75, 1e4
+_BAND = 2.0  # root mean squares to each side of an ellipse, within which its points lie
 _KINDS_OF_ERRORS = 2.0  # alike both ways, or not
 LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
 _NUMBERS_OF_WHOLE = 2  # ways in which a number may be unknown: that of the lights in view, or another
@@ -37,8 +41,8 @@ class Near(NamedTuple):
     bright_beside: int
 
 
-class Cables(NamedTuple):
-    """A ring's lights as lamps on cables."""
+class Strings(NamedTuple):
+    """A ring's lights as lamps on strings."""
 
     steps: np.ndarray  # (K,): within how many steps each but the first is of where it would be
     out: int  # how many are out
@@ -55,48 +59,76 @@ class Scene(NamedTuple):
     numbers: int  # how many numbers of lights are tried
 
 
-class Fit(NamedTuple):
-    """A ring's image, and how well points fit it."""
-
-    corners: np.ndarray  # (N,): the point that is each of the dock's lights, -1 where none is
-    squares_px2: float  # sum of the squares of how far the points are off their places
-    apart_px2: tuple[float, float]  # the same along the rim and across it; below 0 where alike, as of exact lights
-    semi_axes_px: tuple[float, float]
-    centre_px: tuple[float, float]
-
-
-NONE_NEAR, NO_CABLES, ALIKE = Near(0, 0, 0, 0), Cables(np.empty(0), 0), (-1.0, -1.0)
+NONE_NEAR, NO_STRINGS, ALIKE = Near(0, 0, 0, 0), Strings(np.empty(0), 0), (-1.0, -1.0)
 
 
 @compiled
-def log_chance_of(fit: Fit, scene: Scene, may_hang: bool) -> float:
-    """Logarithm of the expected number of rings as good; inf where chance, or lamps on a cable if they may, made it.
+def log_chance_of(
+    corners: np.ndarray,
+    squares_px2: float,
+    apart_px2: tuple[float, float],
+    mapping: np.ndarray,
+    scene: Scene,
+    may_hang: bool,
+) -> float:
+    """Logarithm of the expected number of rings as good; inf where chance, or lamps on a string if they may, made it.
 
-    Where errors are told apart, lights may be off their places along the rim more than across it. Of an unknown number
-    such a ring must be nearly closed, for inexact lights fit many numbers; and among others it must be surer.
+    Of lights at corners (N,), -1 for none, by a homography (3, 3). Their squared errors may be told apart along the rim
+    and across it, or are below 0 where alike; these may be larger along it. Of an unknown number such a ring must be
+    nearly closed, for inexact lights fit many numbers; and among others it must be surer.
     """
-    members = fit.corners[fit.corners >= 0]
-    count, sides, total, numbers = len(members), len(fit.corners), len(scene.points_px), scene.numbers
+    members, semi_axes_px = corners[corners >= 0], stretch(mapping)
+    count, sides, total, numbers = len(members), len(corners), len(scene.points_px), scene.numbers
     # Where a ring of which no light is missing is all that there is, its number is not one of many.
     if LEAST_CROWD <= count == sides == total:
         numbers = min(numbers, _NUMBERS_OF_WHOLE)
     # Four lights are picked out from among others, unless there is but one other: that makes so few fours.
     at_once = total <= (FIRST_POINTS if count >= LEAST_CROWD else LEAST_CROWD)
     most = np.log((ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS) / numbers)
-    if fit.apart_px2[0] >= 0 and count < total:
+    if apart_px2[0] >= 0 and count < total:
         most = np.log(_ACCEPTED_INEXACT / scene.numbers)
-        if fit.squares_px2 > count * BUILT_WITHIN**2 * fit.semi_axes_px[0] * fit.semi_axes_px[1]:
+        if squares_px2 > count * BUILT_WITHIN**2 * semi_axes_px[0] * semi_axes_px[1]:
             return np.inf
-    if fit.apart_px2[0] >= 0 and scene.numbers > 1 and count < CLOSED * sides:
+    if apart_px2[0] >= 0 and scene.numbers > 1 and count < CLOSED * sides:
         return np.inf
-    tube = log_tube(count, sides, scene.even, fit.squares_px2, fit.apart_px2)
-    none = Near(0, 0, 0, 0), Cables(np.empty(0), 0)
-    if tube + log_background(count, sides, fit.semi_axes_px, scene.area_px2, *none) > most:
-        return np.inf  # others near it, and cables, would only make it likelier
-    near = near_of(scene.points_px, scene.brightness, members, fit.centre_px, fit.semi_axes_px[0])
-    cables = cables_of(fit.corners >= 0) if may_hang else none[1]
-    chance = tube + log_background(count, sides, fit.semi_axes_px, scene.area_px2, near, cables)
+    tube = log_tube(count, sides, scene.even, squares_px2, apart_px2)
+    near = near_of(scene.points_px, scene.brightness, members, (mapping[0, 2], mapping[1, 2]), semi_axes_px[0])
+    strings = strings_of(corners >= 0) if may_hang else Strings(np.empty(0), 0)
+    chance = tube + log_background(count, sides, semi_axes_px, scene.area_px2, near, strings)
     return chance + np.log(numbers) if chance < most else np.inf
+
+
+@compiled
+def score_ring(
+    template: RingTemplate,
+    corners: np.ndarray,
+    squares: float,
+    mapping: np.ndarray,
+    scene: Scene,
+    may_hang: bool,
+    are_apart: bool,
+    at_once: bool,
+) -> tuple[float, np.ndarray, float, np.ndarray]:
+    """Chance, corners, squares and mapping without points that make a ring likelier to be chance; inf of none.
+
+    The points farthest off their places are left out, one after another; ``at_once`` ends with a ring that is no
+    chance, or with the first of them. Errors along the rim and across it are taken apart where ``are_apart``.
+    """
+    count, best = np.count_nonzero(corners >= 0), (np.inf, corners, squares, mapping)
+    while True:
+        lit, apart_px2 = np.flatnonzero(corners >= 0), (-1.0, -1.0)
+        if are_apart:
+            flat = np.empty((len(lit), 2))
+            flatten(mapping, template.points[corners[lit]], flat)
+            apart_px2 = squares_apart_px2(flat, 2 * np.pi / len(corners) * lit, stretch(mapping))
+        chance = log_chance_of(corners, squares, apart_px2, mapping, scene, may_hang)
+        if chance < best[0]:
+            best = chance, corners, squares, mapping
+        if len(lit) <= LEAST_CROWD or (at_once and (chance < np.inf or len(lit) < count)):
+            return best
+        corners = corners.copy()
+        corners[farthest_off(template, corners, mapping)] = -1
+        squares, mapping = as_pose(template, corners, mapping)
 
 
 @compiled
@@ -117,9 +149,9 @@ def log_tube(count: int, sides: int, even: bool, squares_px2: float, apart_px2: 
 
 @compiled
 def log_background(
-    count: int, sides: int, semi_axes_px: tuple[float, float], area_px2: float, near: Near, cables: Cables
+    count: int, sides: int, semi_axes_px: tuple[float, float], area_px2: float, near: Near, strings: Strings
 ) -> float:
-    """Logarithm of how densely so many of a ring's lights would lie by chance: strewn, in a crowd, or on cables."""
+    """Logarithm of how densely so many of a ring's lights would lie by chance: strewn, in a crowd, or on strings."""
     major, minor = semi_axes_px
     if minor <= 0:
         return np.inf
@@ -134,13 +166,13 @@ def log_background(
         strewn = min(strewn, count * one + sizes)
         in_crowd = count * np.log((count + beside) / crowd) + np.log(tests * crowd) + 2 * np.log(major * minor)
         crowded = min(crowded, in_crowd - np.log(_MORE_OF_CROWDS))
-        on = (count - len(cables.steps)) * one + cables.out * np.log(_OUT)
-        for steps in cables.steps:
+        on = (count - len(strings.steps)) * one + strings.out * np.log(_OUT)
+        for steps in strings.steps:
             on -= np.log(np.pi * steps**2 * step_px2)
-        hung = min(hung, on + sizes - np.log(_FEWER_CABLES))
+        hung = min(hung, on + sizes - np.log(_FEWER_STRINGS))
     if count < LEAST_CROWD:
         return strewn
-    return max(strewn, crowded, hung) if len(cables.steps) else max(strewn, crowded)
+    return max(strewn, crowded, hung) if len(strings.steps) else max(strewn, crowded)
 
 
 @compiled
@@ -180,14 +212,14 @@ def near_of(
 
 
 @compiled
-def cables_of(lit: np.ndarray) -> Cables:
-    """What a ring's lights (N,), lit or not, would be along its arcs that are open, as lamps hang on cables."""
+def strings_of(lit: np.ndarray) -> Strings:
+    """What a ring's lights (N,), lit or not, would be along its arcs that are open, as lamps hang on strings."""
     corners, sides = np.flatnonzero(lit), len(lit)
     steps, count = np.empty(len(corners)), len(corners)
     for k in range(count):
         steps[k] = (corners[(k + 1) % count] - corners[k]) % sides
     if not 0 < count < CLOSED * sides or steps.max() <= (1 - CLOSED) * sides:
-        return Cables(np.empty(0), 0)
+        return Strings(np.empty(0), 0)
     kept, out, is_first, largest = 0, 0, True, np.argmax(steps)
     within = np.empty(count)
     for k in range(count):
@@ -196,7 +228,7 @@ def cables_of(lit: np.ndarray) -> Cables:
             within[kept] = _NEAR_STEPS if is_first else _NEXT_STEPS * step
             kept, out = kept + 1, out + int(step) - 1
         is_first = step > _LARGEST_GAP
-    return Cables(within[:kept].copy(), out)
+    return Strings(within[:kept].copy(), out)
 
 
 @compiled
@@ -207,21 +239,37 @@ def squares_apart_px2(
 
     ``flat`` (N, 2) is how far each is off the circle, in radii, and its angle.
     """
-    off, sine, cosine = flat[:, 1] - angles_rad, 0.0, 0.0
-    for k in range(len(off)):
-        sine, cosine = sine + np.sin(off[k]), cosine + np.cos(off[k])
-    roll, along, across = np.arctan2(sine, cosine), 0.0, 0.0
-    for k in range(len(off)):
-        along += (np.mod(off[k] - roll + np.pi, 2 * np.pi) - np.pi) ** 2
-        across += flat[k, 0] ** 2
-    scale_px2 = semi_axes_px[0] * semi_axes_px[1]
-    return scale_px2 * along, scale_px2 * across
+    off, scale_px2 = flat[:, 1] - angles_rad, semi_axes_px[0] * semi_axes_px[1]
+    along = np.mod(off - phase_of(off, 1) + np.pi, 2 * np.pi) - np.pi
+    return scale_px2 * (along**2).sum(), scale_px2 * (flat[:, 0] ** 2).sum()
 
 
-def log_chance_ellipses(count: int, rms_px: float, radius_px: float, density: float, total: int) -> float:
-    """Natural logarithm of the expected number of ellipses that run as close to as many points strewn at random."""
-    width_px = 2 * 2.0 * max(rms_px, LEAST_PX) * math.sqrt(count / (count - 5))
-    beside = min(1.0, density * 2 * math.pi * radius_px * width_px)
-    choose_five = math.log(math.comb(total, 5))
-    others = math.log(math.comb(max(total - 5, count - 5), count - 5))
-    return choose_five + others + (count - 5) * math.log(beside) + math.log(_SIZES)
+@compiled
+def log_chance_of_spacing(angles: np.ndarray, sides: int, least_filled: float) -> tuple[float, np.ndarray, np.ndarray]:
+    """Log of how often chance would fit a number of lights as well, the corner (N,) of each point, and which fit so."""
+    slot = (angles - phase_of(angles, sides)) * (sides / (2 * np.pi))
+    nearest = np.rint(slot)
+    off, corner_of = np.abs(slot - nearest), nearest.astype(np.int64) % sides
+    order = np.argsort(off)
+    # Some points on the ring may be no lights: of the most exact so many as are least likely by chance.
+    count, best, chance, ways = len(off), 0, np.inf, 0.0
+    is_filled = np.zeros(sides, np.bool_)
+    for k in range(1, count + 1):
+        ways += np.log((count - k + 1) / k)  # of choosing k of them
+        log = k * np.log(min(1.0, 2 * max(off[order[k - 1]], 1e-3))) + ways
+        if log < chance:
+            best, chance = k, log
+        is_filled[corner_of[k - 1]] = True
+    fit = np.zeros(count, np.bool_)
+    fit[order[:best]] = True
+    return (chance if np.count_nonzero(is_filled) > least_filled * sides else np.inf), corner_of, fit
+
+
+def log_chance_of_all(ellipse: Ellipse, count: int, density: float) -> float:
+    """Logarithm of the expected number of ellipses through all of so many points; any five lie on a conic."""
+    if count <= MIN_POINTS:
+        return math.inf
+    beyond = count - MIN_POINTS
+    width_px = 2 * _BAND * max(ellipse.rms_px, LEAST_PX) * math.sqrt(count / beyond)
+    beside = min(1.0, density * 2 * math.pi * ellipse.semi_axes_px[0] * width_px)
+    return math.log(math.comb(count, MIN_POINTS)) + beyond * math.log(beside) + math.log(_SIZES)

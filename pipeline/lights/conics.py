@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 from dockpose.compiled import compiled, compiled_bare
-from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, MOST_LIGHTS
+from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, MOST_LIGHTS, log_chance_of_spacing
 from dockpose.lights.cone import circles_behind
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
-from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_OF_RADIUS, distances
-from dockpose.lights.polygon import Polygon, refitted, regular
-from dockpose.lights.whole import TOLERANCE_OF_AXIS
+from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_OF_AXIS, TOLERANCE_OF_RADIUS, distances
+from dockpose.lights.polygon import Polygon, refitted
+from dockpose.lights.spacing import phase_of, regular
 
 LEAST_LIGHTS = 9  # fewer are found by their corners, and hardly by trying fives of the points
 _TRIALS = 600  # fives of points: one of them is all lights in 99 % of pictures where two in five points are
@@ -209,7 +209,7 @@ def _spacings(
             for sides in numbers:
                 chance, corner_of, _ = log_chance_of_spacing(angles, sides, filled)
                 if chance < most:
-                    roll_rad = _phase(angles, sides)
+                    roll_rad = phase_of(angles, sides)
                     off = np.hypot(*(flat - regular(sides, roll_rad)[corner_of]).T)
                     cos, sin = math.cos(roll_rad), math.sin(roll_rad)
                     turned = R @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
@@ -245,30 +245,3 @@ def _planes(ellipse: Ellipse, focal_px: float) -> Iterator[tuple[np.ndarray, np.
         # The cross products written out: NumPy's would take longer than all the rest.
         down = into[1] * right_z, -level, -into[1] * right_x
         yield np.column_stack([(right_x, 0.0, right_z), down, into]), centre
-
-
-@compiled
-def _phase(angles: np.ndarray, sides: int) -> float:
-    """Angle of the first corner of the regular polygon that angles (N,) are nearest to."""
-    return np.arctan2(np.sin(sides * angles).sum(), np.cos(sides * angles).sum()) / sides
-
-
-@compiled
-def log_chance_of_spacing(angles: np.ndarray, sides: int, least_filled: float) -> tuple[float, np.ndarray, np.ndarray]:
-    """Log of how often chance would fit a number of lights as well, the corner (N,) of each point, and which fit so."""
-    slot = (angles - _phase(angles, sides)) * (sides / (2 * np.pi))
-    nearest = np.rint(slot)
-    off, corner_of = np.abs(slot - nearest), nearest.astype(np.int64) % sides
-    order = np.argsort(off)
-    # Some points on the ring may be no lights: of the most exact so many as are least likely by chance.
-    count, best, chance, ways = len(off), 0, np.inf, 0.0
-    is_filled = np.zeros(sides, np.bool_)
-    for k in range(1, count + 1):
-        ways += np.log((count - k + 1) / k)  # of choosing k of them
-        log = k * np.log(min(1.0, 2 * max(off[order[k - 1]], 1e-3))) + ways
-        if log < chance:
-            best, chance = k, log
-        is_filled[corner_of[k - 1]] = True
-    fit = np.zeros(count, np.bool_)
-    fit[order[:best]] = True
-    return (chance if np.count_nonzero(is_filled) > least_filled * sides else np.inf), corner_of, fit

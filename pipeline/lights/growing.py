@@ -4,14 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 from dockpose.compiled import compiled, compiled_bare
-from dockpose.lights.chance import Scene
-from dockpose.lights.judging import judged
-from dockpose.lights.reprojection import Sought, as_pose, fit_affine, inverse_of, near_pose, stretch, times
+from dockpose.lights.chance import Scene, score_ring
+from dockpose.lights.reprojection import RingTemplate, as_pose, fit_affine, inverse_of, near_pose, stretch, times
 
 NARROWEST = 0.12  # minor to major axis: a dock seen at 83 degrees
 SMALLEST_RADIUS_PX = 3.0  # of a smaller ring the lights are not apart
 # Glow and lamp housings move a centre by a pixel or so, on a large ring by a share of it.
 TOLERANCE_PX, TOLERANCE_OF_RADIUS = 1.5, 0.025
+TOLERANCE_OF_AXIS = 0.02  # of the major semi-axis: how far off the ellipse a light's centre may lie
 _GROWING_TOLERANCE, _STRICT_TOLERANCE = 0.22, 0.2  # of the spacing
 _STRICT_ROUNDS = 3  # of looking for all corners where the last fit puts them
 _PERSPECTIVE_MARGIN = 1.5  # focal lengths are not always well known
@@ -52,15 +52,15 @@ def _growth(sides: int) -> _Growth:
 
 @compiled
 def grow_all(
-    sought: Sought, triples: np.ndarray, scene: Scene
+    template: RingTemplate, triples: np.ndarray, scene: Scene
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Rings beyond chance that triples grow to: corners (K, N), squares (K,), homographies (K, 3, 3), chances (K,)."""
-    sides, most = len(sought.unit), len(triples)
+    sides, most = len(template.unit), len(triples)
     known, seen = np.full((most, sides), -1), 0
     corners, squares, mappings, chances = known.copy(), np.empty(most), np.empty((most, 3, 3)), np.empty(most)
     found, grown = 0, _growth(sides)
-    order = np.argsort(sought.points[:, 0])
-    across = sought.points[order, 0]
+    order = np.argsort(template.points[:, 0])
+    across = template.points[order, 0]
     for t in range(len(triples)):
         grown.start[:] = -1
         for k in range(3):
@@ -68,16 +68,16 @@ def grow_all(
         if _is_known(known, seen, grown.start):
             continue
         members, best = 0, np.inf
-        for guess in range(_perspectives(sought, grown)):
-            square, count = _grow(sought, order, across, guess, grown)
+        for guess in range(_perspectives(template, grown)):
+            square, count = _grow(template, order, across, guess, grown)
             if square < 0 or count <= members or _is_known(known, seen, grown.corners):
                 continue
-            square, mapping = as_pose(sought, grown.corners, grown.mapping)
-            exact = max(sought.tolerance_px, TOLERANCE_OF_RADIUS * stretch(mapping)[1])
+            square, mapping = as_pose(template, grown.corners, grown.mapping)
+            exact = max(template.tolerance_px, TOLERANCE_OF_RADIUS * stretch(mapping)[1])
             if square > count * exact**2:
                 continue
             members, known[seen] = count, grown.corners
-            ring = judged(sought, grown.corners, square, mapping, scene)
+            ring = score_ring(template, grown.corners, square, mapping, scene, True, False, True)
             best, corners[found], squares[found], mappings[found] = ring
         seen += members > 0
         if best < np.inf:
@@ -87,16 +87,16 @@ def grow_all(
 
 
 @compiled_bare
-def _perspectives(sought: Sought, grown: _Growth) -> int:
+def _perspectives(template: RingTemplate, grown: _Growth) -> int:
     """Set the perspectives to grow three corners with: none, and those of the two poses that have it in full."""
     guesses, count, mapping = grown.guesses, 1, grown.mapping
     guesses[0, 0], guesses[0, 1] = 0.0, 0.0
-    fit_affine(sought, grown.start, 0.0, 0.0, mapping)
-    if stretch(mapping)[0] / sought.focal_px < _GROWING_TOLERANCE / 2:
+    fit_affine(template, grown.start, 0.0, 0.0, mapping)
+    if stretch(mapping)[0] / template.focal_px < _GROWING_TOLERANCE / 2:
         return count
     for sign in (-1.0, 1.0):
-        fit_affine(sought, grown.start, 0.0, 0.0, mapping)
-        near_pose(sought, grown.start, sign, mapping)
+        fit_affine(template, grown.start, 0.0, 0.0, mapping)
+        near_pose(template, grown.start, sign, mapping)
         if mapping[2, 0] ** 2 + mapping[2, 1] ** 2 > (_GROWING_TOLERANCE / 2) ** 2:
             guesses[count, 0], guesses[count, 1] = mapping[2, 0], mapping[2, 1]
             count += 1
@@ -130,24 +130,26 @@ def _is_known(known: np.ndarray, seen: int, corners: np.ndarray) -> bool:
 
 
 @compiled_bare
-def _grow(sought: Sought, order: np.ndarray, across: np.ndarray, guess: int, grown: _Growth) -> tuple[float, int]:
+def _grow(
+    template: RingTemplate, order: np.ndarray, across: np.ndarray, guess: int, grown: _Growth
+) -> tuple[float, int]:
     """Grow a polygon from three corners and a guess at the perspective, from near corners to far ones.
 
     The squares, below 0 where there is no polygon, and how many points it has.
     """
-    points, corners, sides = sought.points, grown.corners, len(sought.unit)
+    points, corners, sides = template.points, grown.corners, len(template.unit)
     places, spacing, off, nearest = grown.places, grown.spacing, grown.off, grown.nearest
     for c in range(sides):
         corners[c] = grown.start[c]
     strict, is_new, members = 0, True, 3
     while True:
         if is_new:
-            if not _fit(sought, guess, grown):
+            if not _fit(template, guess, grown):
                 return -1.0, members
-            _look(sought, order, across, grown)
+            _look(template, order, across, grown)
         if strict == _STRICT_ROUNDS:
             break
-        exact = max(sought.tolerance_px, TOLERANCE_OF_RADIUS * stretch(grown.mapping)[1])
+        exact = max(template.tolerance_px, TOLERANCE_OF_RADIUS * stretch(grown.mapping)[1])
         known, members, is_new = members, 0, False
         # Corners change as they are looked at, and the first two are neighbours of the last.
         first, second, before, one_before = corners[0], corners[1], corners[sides - 2], corners[sides - 1]
@@ -181,9 +183,9 @@ def _grow(sought: Sought, order: np.ndarray, across: np.ndarray, guess: int, gro
 
 
 @compiled_bare
-def _look(sought: Sought, order: np.ndarray, across: np.ndarray, grown: _Growth) -> None:
+def _look(template: RingTemplate, order: np.ndarray, across: np.ndarray, grown: _Growth) -> None:
     """Set where the mapping puts the corners, how far apart, how far the nearest points are, and which."""
-    points, unit, sides, mapping = sought.points, sought.unit, len(sought.unit), grown.mapping
+    points, unit, sides, mapping = template.points, template.unit, len(template.unit), grown.mapping
     places, spacing, off, nearest = grown.places, grown.spacing, grown.off, grown.nearest
     for c in range(sides):
         w = mapping[2, 0] * unit[c, 0] + mapping[2, 1] * unit[c, 1] + 1.0
@@ -207,12 +209,12 @@ def _look(sought: Sought, order: np.ndarray, across: np.ndarray, grown: _Growth)
 
 
 @compiled_bare
-def _fit(sought: Sought, guess: int, grown: _Growth) -> bool:
+def _fit(template: RingTemplate, guess: int, grown: _Growth) -> bool:
     """Set the homography of the unit circle's corners to the points, as near to a guess in perspective as they allow.
 
     Whether that may be a dock's.
     """
-    points, unit, corners, mapping = sought.points, sought.unit, grown.corners, grown.mapping
+    points, unit, corners, mapping = template.points, template.unit, grown.corners, grown.mapping
     right, affine = grown.right, grown.affine
     count, x0, y0 = 0, 0.0, 0.0
     for corner in corners:
@@ -262,6 +264,6 @@ def _fit(sought: Sought, guess: int, grown: _Growth) -> bool:
     major, minor = stretch(mapping)
     # The scale changes across a dock by its radius over its range, which is its radius in the picture over the focal
     # length, times the sine of its tilt; what the lights' own noise feigns comes on top.
-    most = _PERSPECTIVE_MARGIN * major / sought.focal_px + _NOISE_PX / max(minor, 1e-9)
+    most = _PERSPECTIVE_MARGIN * major / template.focal_px + _NOISE_PX / max(minor, 1e-9)
     is_wide = minor >= max(SMALLEST_RADIUS_PX / 3, NARROWEST * major) and major >= SMALLEST_RADIUS_PX
     return is_wide and px * px + py * py <= most * most

@@ -10,10 +10,9 @@ from dockpose.lights.chance import Scene
 from dockpose.lights.conics import conics_through, fives_of
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX
-from dockpose.lights.judging import flatten
-from dockpose.lights.polygon import Candidate, least_likely_part, regular
-from dockpose.lights.reprojection import Sought, as_pose
-from dockpose.lights.whole import angles_on
+from dockpose.lights.polygon import Candidate, least_likely_part
+from dockpose.lights.reprojection import RingTemplate, as_pose, flatten
+from dockpose.lights.spacing import angles_on, phase_of, regular
 
 _TRIALS = 3003  # fives of points: all of fifteen
 _OF_ANY_NUMBER = 150  # of these: those near most points, which are tried with many numbers of lights
@@ -45,12 +44,12 @@ def _settled_ring(
     corners: np.ndarray, mapping: np.ndarray, rounds: int, points: np.ndarray, chosen: np.ndarray, scene: Scene
 ) -> Candidate | None:
     """The ring that points (M, 2), those chosen of a scene, begin at corners (N,); None where it may be chance."""
-    sought = Sought(points, regular(len(corners)), scene.focal_px, 0.0)
-    corners, mapping = _settled(sought, corners, mapping, rounds)
+    template = RingTemplate(points, regular(len(corners)), scene.focal_px, 0.0)
+    corners, mapping = _settled(template, corners, mapping, rounds)
     if np.count_nonzero(corners >= 0) < MIN_POINTS:
         return None
     corners = np.where(corners >= 0, chosen[corners], -1)
-    return least_likely_part(sought._replace(points=scene.points_px), corners, mapping, scene, is_exact=False)
+    return least_likely_part(template._replace(points=scene.points_px), corners, mapping, scene, is_exact=False)
 
 
 def _of_all(points: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
@@ -61,7 +60,7 @@ def _of_all(points: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         return None
     angles = angles_on(points, ellipse)
     order = np.argsort(angles)
-    roll = float((angles[order] - 2 * math.pi / len(points) * np.arange(len(points))).mean())
+    roll = phase_of(angles[order] - 2 * math.pi / len(points) * np.arange(len(points)), 1)
     mapping = _turned(_turned(np.eye(3), ellipse.angle_rad) @ np.diag([*ellipse.semi_axes_px, 1.0]), roll)
     mapping[:2, 2] = ellipse.centre_px
     return order, mapping
@@ -189,16 +188,18 @@ def _placed(flat: np.ndarray, near: float, sides: int, corners: np.ndarray, logs
 
 
 @compiled
-def _settled(sought: Sought, corners: np.ndarray, mapping: np.ndarray, rounds: int) -> tuple[np.ndarray, np.ndarray]:
+def _settled(
+    template: RingTemplate, corners: np.ndarray, mapping: np.ndarray, rounds: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Corners (N,) and homography of the pose that points at corners (N,) begin; of no corners where too few stay."""
-    sides, points = len(corners), sought.points
+    sides, points = len(corners), template.points
     row, logs, flat = np.full(sides + 1, -1), np.empty(sides), np.empty((len(points), 2))
     fitted = corners
     for _ in range(rounds):
         if np.count_nonzero(corners >= 0) < MIN_POINTS:
             return np.full(sides, -1), mapping
         fitted = corners
-        mapping = as_pose(sought, corners, mapping)[1]
+        mapping = as_pose(template, corners, mapping)[1]
         if not abs(np.linalg.det(mapping)) >= 1e-9:
             return np.full(sides, -1), mapping
         roll = _placed(flat, flatten(mapping, points, flat), sides, row, logs)[1]

@@ -3,12 +3,14 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
-from dockpose.lights.chance import FIRST_POINTS, Scene, log_chance_of
+from dockpose.dock import Dock
+from dockpose.lights.chance import ALIKE, FIRST_POINTS, NUMBERS, Scene, log_chance_of, score_ring
 from dockpose.lights.growing import TOLERANCE_PX, distances, grow_all
-from dockpose.lights.judging import fit_of, least_likely
-from dockpose.lights.reprojection import Sought, as_pose, stretch
+from dockpose.lights.reprojection import RingTemplate, as_pose, stretch
+from dockpose.lights.spacing import regular
 from dockpose.lights.triples import FEW_POINTS, MOST_BEYOND, judges_of, promising, steps_of
 
 MAX_POINTS = 150  # that are looked at, the brightest
@@ -56,15 +58,9 @@ class Candidate:
 
 
 def accepted(polygon: Polygon, scene: Scene) -> Candidate | None:
-    """A polygon that is more than chance; None where chance, or lamps on a cable, have made it."""
-    log_chance = log_chance_of(fit_of(polygon.corners, polygon.squares_px2, polygon.mapping), scene, True)
+    """A polygon that is more than chance; None where chance, or lamps on a string, have made it."""
+    log_chance = log_chance_of(polygon.corners, polygon.squares_px2, ALIKE, polygon.mapping, scene, True)
     return Candidate(polygon, log_chance) if log_chance < math.inf else None
-
-
-def regular(sides: int, roll_rad: float = 0.0) -> np.ndarray:
-    """Corners (N, 2) of a regular polygon on the unit circle."""
-    corner_rad = roll_rad + 2 * math.pi * np.arange(sides) / sides
-    return np.column_stack([np.cos(corner_rad), np.sin(corner_rad)])
 
 
 def find_polygons(
@@ -90,16 +86,17 @@ def find_polygons(
     np.fill_diagonal(apart, -1.0)
     near = np.ascontiguousarray(first[apart.argsort(axis=1, kind="stable")[:, 1 : most + 1]])
     # Of several numbers of lights those are ranked together whose triples are judged by as many further corners.
-    alike: dict[int, list[Sought]] = {}
+    alike: dict[int, list[RingTemplate]] = {}
+    points_px, focal_px, tolerance_px = scene.points_px, scene.focal_px, float(tolerance_px)
     for unit in units:
         judged_by = len(unit) - 3 if count <= FEW_POINTS else min(len(unit) - 3, MOST_BEYOND)
         if judged_by > 0:
-            alike.setdefault(judged_by, []).append(Sought(scene.points_px, unit, scene.focal_px, float(tolerance_px)))
-    return [ring for soughts in alike.values() for ring in _of_alike(soughts, first, near, scene, whole)]
+            alike.setdefault(judged_by, []).append(RingTemplate(points_px, unit, focal_px, tolerance_px))
+    return [ring for templates in alike.values() for ring in _of_alike(templates, first, near, scene, whole)]
 
 
 def _of_alike(
-    soughts: list[Sought], first: np.ndarray, near: np.ndarray, scene: Scene, neighbours_only: bool
+    templates: list[RingTemplate], first: np.ndarray, near: np.ndarray, scene: Scene, neighbours_only: bool
 ) -> list[Candidate]:
     """Polygons of numbers whose triples compete, by neighbours, then by other steps where one is not whole."""
     found: list[Candidate] = []
@@ -111,18 +108,18 @@ def _of_alike(
     for is_first in (True,) if neighbours_only else (True, False):
         best, kept = np.full(trials, -1.0), np.full((trials, 7), -1)
         whole = {one.sides for one in found if len(one.members) >= 0.8 * one.sides}
-        for sought in soughts:
-            sides = len(sought.unit)
+        for template in templates:
+            sides = len(template.unit)
             some = slice(1) if is_first else slice(1, None)
             steps, beyond = (each[some] for each in steps_of(sides, is_few))
             if len(steps) and sides not in whole:
-                judges = judges_of(sought.unit, steps, beyond, 1 if scene.even else sides)
-                promising(sought, first, near, judges, scene.even, best, kept, np.empty((5, near.shape[1])))
+                judges = judges_of(template.unit, steps, beyond, 1 if scene.even else sides)
+                promising(template, first, near, judges, scene.even, best, kept, np.empty((5, near.shape[1])))
         kept = kept[np.argsort(-best)[: np.count_nonzero(best >= 0)]]
-        for sought in soughts:
-            triples = np.ascontiguousarray(kept[kept[:, 6] == len(sought.unit), :6])
+        for template in templates:
+            triples = np.ascontiguousarray(kept[kept[:, 6] == len(template.unit), :6])
             if len(triples):
-                grown = zip(*grow_all(sought, triples, scene), strict=True)
+                grown = zip(*grow_all(template, triples, scene), strict=True)
                 found += [
                     Candidate(polygon_of(corners, float(squares), mapping, scene.focal_px), float(chance))
                     for corners, squares, mapping, chance in grown
@@ -137,11 +134,19 @@ def polygon_of(corners: np.ndarray, squares_px2: float, mapping: np.ndarray, foc
 
 
 def least_likely_part(
-    sought: Sought, corners: np.ndarray, mapping: np.ndarray, scene: Scene, *, is_exact: bool
+    template: RingTemplate, corners: np.ndarray, mapping: np.ndarray, scene: Scene, *, is_exact: bool
 ) -> Candidate | None:
-    """The ring of all of a polygon's points or of some that is least likely to be chance; None of none."""
-    chance, corners, squares_px2, mapping = least_likely(sought, corners, mapping, scene, is_exact)
-    return Candidate(polygon_of(corners, squares_px2, mapping, sought.focal_px), chance) if chance < math.inf else None
+    """The ring of all of a polygon's points or of some that is least likely to be chance; None of none.
+
+    Whatever an exact ring leaves out, a row of lights becomes several, and less like lamps on a string.
+    """
+    squares_px2, mapping = as_pose(template, corners, mapping)
+    chance, corners, squares_px2, mapping = score_ring(
+        template, corners, squares_px2, mapping, scene, not is_exact, not is_exact, False
+    )
+    if chance == math.inf:
+        return None
+    return Candidate(polygon_of(corners, squares_px2, mapping, template.focal_px), chance)
 
 
 def refitted(
@@ -149,5 +154,26 @@ def refitted(
 ) -> Polygon:
     """The polygon of these corners (N,), fitted as a pose from near a homography (3, 3)."""
     points = np.ascontiguousarray(points_px, dtype=float)
-    squares_px2, mapping = as_pose(Sought(points, unit, float(focal_px), 0.0), corners, mapping)
+    squares_px2, mapping = as_pose(RingTemplate(points, unit, float(focal_px), 0.0), corners, mapping)
     return polygon_of(corners, float(squares_px2), mapping, focal_px)
+
+
+def candidates_from(
+    scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float, *, whole: bool = False
+) -> list[Candidate]:
+    """Polygons of the dock's lights that chance would hardly make, begun from the chosen points; the surest first."""
+    units = [places_of(sides, dock) for sides in (NUMBERS if dock.lights is None else (dock.lights,))]
+    return sorted(find_polygons(scene, units, tolerance, chosen, whole=whole), key=attrgetter("log_chance"))
+
+
+def is_even(dock: Dock) -> bool:
+    """Whether a dock's lights are evenly spaced on its circle."""
+    return not (dock.angles_deg or dock.offsets_m)
+
+
+def places_of(sides: int, dock: Dock) -> np.ndarray:
+    """Places (N, 2) of the dock's lights on its plane, in radii, in order around it."""
+    if not is_even(dock):
+        places = dock.light_points()[:, :2] / dock.radius
+        return places[np.argsort(np.mod(np.arctan2(places[:, 1], places[:, 0]), 2 * np.pi))]
+    return regular(sides)

@@ -9,10 +9,9 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.lights.ellipse import MIN_POINTS
-from dockpose.lights.exact import Kind
 from dockpose.lights.markers import Markers
 from dockpose.lights.masks import Mask
-from dockpose.lights.ring import Ring, find_ring
+from dockpose.lights.ring import Kind, Ring, find_ring
 from numpy.typing import ArrayLike
 
 # x_px, y_px of the upper left corner, width_px, height_px.

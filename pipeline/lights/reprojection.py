@@ -19,7 +19,7 @@ class LightRays(NamedTuple):
     slopes_px: np.ndarray  # (N, 2, 2), or (1, 2, 2) for all: how far the picture point moves per step of the tangents
 
 
-class Sought(NamedTuple):
+class RingTemplate(NamedTuple):
     """A polygon of N lights that is sought among M points."""
 
     points: np.ndarray  # (M, 2): in pixels, from the principal point
@@ -114,30 +114,30 @@ def solve(A: np.ndarray, B: np.ndarray) -> None:
 
 
 @compiled
-def as_pose(sought: Sought, corners: np.ndarray, mapping: np.ndarray) -> tuple[float, np.ndarray]:
+def as_pose(template: RingTemplate, corners: np.ndarray, mapping: np.ndarray) -> tuple[float, np.ndarray]:
     """Sum of squares and homography of the circle's pose nearest to a homography, which could bend any points."""
     least, best = np.inf, mapping
     for sign in (-1.0, 1.0):
-        squares, trial = one_pose(sought, corners, mapping, sign)
+        squares, trial = one_pose(template, corners, mapping, sign)
         if squares < least:
             least, best = squares, trial
     return least, best
 
 
 @compiled
-def one_pose(sought: Sought, corners: np.ndarray, mapping: np.ndarray, sign: float) -> tuple[float, np.ndarray]:
+def one_pose(template: RingTemplate, corners: np.ndarray, mapping: np.ndarray, sign: float) -> tuple[float, np.ndarray]:
     """Sum of squares and homography of the one or the other of these two poses."""
     trial = mapping.copy()
-    squares = near_pose(sought, corners, sign, trial)
-    refined, pose = _refined(sought, corners, trial)
+    squares = near_pose(template, corners, sign, trial)
+    refined, pose = _refined(template, corners, trial)
     # Few points can be nearer to an affine part of another pose than to any pose; that counts for nothing.
     return (refined, pose) if refined < np.inf else (squares, trial)
 
 
 @compiled_bare
-def near_pose(sought: Sought, corners: np.ndarray, sign: float, mapping: np.ndarray) -> float:
+def near_pose(template: RingTemplate, corners: np.ndarray, sign: float, mapping: np.ndarray) -> float:
     """Turn a homography to one near one of these poses, by perspective and affine part in turn; its sum of squares."""
-    squares, focal_px = np.inf, sought.focal_px
+    squares, focal_px = np.inf, template.focal_px
     for _ in range(_ROUNDS):
         cx, cy = mapping[0, 2] / focal_px, mapping[1, 2] / focal_px
         a = (mapping[0, 0] - mapping[0, 2] * mapping[2, 0]) / focal_px
@@ -150,14 +150,14 @@ def near_pose(sought: Sought, corners: np.ndarray, sign: float, mapping: np.ndar
         turn = np.arctan2(2 * hxy, hxx - hyy) / 2
         long = np.sqrt(np.sqrt((hxx - hyy) ** 2 + 4 * hxy**2) / k)
         px, py = -sign * long * np.sin(turn) - gx / k, sign * long * np.cos(turn) - gy / k
-        squares = fit_affine(sought, corners, px, py, mapping)
+        squares = fit_affine(template, corners, px, py, mapping)
     return squares
 
 
 @compiled
-def _refined(sought: Sought, corners: np.ndarray, mapping: np.ndarray) -> tuple[float, np.ndarray]:
+def _refined(template: RingTemplate, corners: np.ndarray, mapping: np.ndarray) -> tuple[float, np.ndarray]:
     """Sum of squares and homography of the pose near a homography with the least squares, by Gauss-Newton steps."""
-    R, t, focal_px = np.empty((3, 3)), np.empty(3), sought.focal_px
+    R, t, focal_px = np.empty((3, 3)), np.empty(3), template.focal_px
     for row in range(2):
         for k in range(2):
             R[row, k] = mapping[row, k] / focal_px
@@ -167,10 +167,10 @@ def _refined(sought: Sought, corners: np.ndarray, mapping: np.ndarray) -> tuple[
     _upright(R)
     lit = np.flatnonzero(corners >= 0)
     lights = np.zeros((len(lit), 3))
-    lights[:, :2] = sought.unit[lit]
+    lights[:, :2] = template.unit[lit]
     slopes = np.zeros((1, 2, 2))
     slopes[0, 0, 0] = slopes[0, 1, 1] = focal_px
-    rays = LightRays(sought.points[corners[lit]] / focal_px, np.zeros(len(lit)), slopes)
+    rays = LightRays(template.points[corners[lit]] / focal_px, np.zeros(len(lit)), slopes)
     least, best = np.inf, mapping
     products, step = np.empty((9, 7)), np.empty((6, 1))
     for _ in range(_STEPS):
@@ -221,9 +221,9 @@ def _upright(R: np.ndarray) -> None:
 
 
 @compiled_bare
-def fit_affine(sought: Sought, corners: np.ndarray, px: float, py: float, mapping: np.ndarray) -> float:
+def fit_affine(template: RingTemplate, corners: np.ndarray, px: float, py: float, mapping: np.ndarray) -> float:
     """Fill in the homography (3, 3) of the best affine part for a given perspective; its sum of squares."""
-    points, unit = sought.points, sought.unit
+    points, unit = template.points, template.unit
     uu, uv, u1, vv, v1, ones = 1e-12, 0.0, 0.0, 1e-12, 0.0, 1e-12
     ux, vx, x1, uy, vy, y1 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for c in range(len(corners)):
@@ -266,19 +266,18 @@ def times(
 
 
 @compiled_bare
-def off_corners(sought: Sought, corners: np.ndarray, mapping: np.ndarray) -> tuple[float, float, int]:
-    """Sum of squares of how far points are off their corners, the largest of the squares, and whose it is."""
-    points, unit, total, worst, whose = sought.points, sought.unit, 0.0, -1.0, -1
+def farthest_off(template: RingTemplate, corners: np.ndarray, mapping: np.ndarray) -> int:
+    """The corner whose point is farthest off it."""
+    points, unit, worst, whose = template.points, template.unit, -1.0, -1
     for c in range(len(corners)):
         if corners[c] >= 0:
             w = mapping[2, 0] * unit[c, 0] + mapping[2, 1] * unit[c, 1] + mapping[2, 2]
             x = (mapping[0, 0] * unit[c, 0] + mapping[0, 1] * unit[c, 1] + mapping[0, 2]) / w
             y = (mapping[1, 0] * unit[c, 0] + mapping[1, 1] * unit[c, 1] + mapping[1, 2]) / w
             square = (points[corners[c], 0] - x) ** 2 + (points[corners[c], 1] - y) ** 2
-            total += square
             if square > worst:
                 worst, whose = square, c
-    return total, worst, whose
+    return whose
 
 
 @compiled_bare
@@ -291,3 +290,27 @@ def stretch(mapping: np.ndarray) -> tuple[float, float]:
     mean, apart = (a * a + b * b + c * c + d * d) / 2, abs(a * d - b * c)
     major = np.sqrt(mean + np.sqrt(max(mean * mean - apart * apart, 0.0)))
     return major, apart / max(major, 1e-9)
+
+
+@compiled_bare
+def _of_three(mapping: np.ndarray, one: int, two: int, to: tuple[float, float, float]) -> float:
+    """Determinant of two columns of a map (3, 3) and a third."""
+    across = mapping[1, one] * mapping[2, two] - mapping[2, one] * mapping[1, two]
+    down = mapping[2, one] * mapping[0, two] - mapping[0, one] * mapping[2, two]
+    return (
+        across * to[0] + down * to[1] + (mapping[0, one] * mapping[1, two] - mapping[1, one] * mapping[0, two]) * to[2]
+    )
+
+
+@compiled_bare
+def flatten(mapping: np.ndarray, places: np.ndarray, flat: np.ndarray) -> float:
+    """Fill in radius less 1 and angle (M, 2) of places (M, 2) in a circle's plane; how many are near it."""
+    near = 1.0
+    for k in range(len(places)):
+        # The inverse is a matrix of cross products, but for its size, which is divided out.
+        to = places[k, 0], places[k, 1], 1.0
+        x, y, w = _of_three(mapping, 1, 2, to), _of_three(mapping, 2, 0, to), _of_three(mapping, 0, 1, to)
+        x, y = x / w, y / w
+        flat[k, 0], flat[k, 1] = np.hypot(x, y) - 1, np.arctan2(y, x)
+        near += flat[k, 0] < 1
+    return near

@@ -3,38 +3,62 @@
 import math
 import statistics
 from dataclasses import dataclass
+from operator import attrgetter
+from typing import Literal
 
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.lights.chance import ACCEPTED, FIRST_POINTS, LEAST_CROWD, LEAST_PX, MOST_LIGHTS, NUMBERS, Scene
+from dockpose.lights.chance import (
+    ACCEPTED,
+    FIRST_POINTS,
+    LEAST_CROWD,
+    LEAST_PX,
+    MOST_LIGHTS,
+    NUMBERS,
+    Scene,
+    log_chance_of_all,
+)
+from dockpose.lights.conics import LEAST_LIGHTS, polygons_on_ellipses
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
-from dockpose.lights.exact import Kind, candidates_from, exact_rings, is_even, places_of
-from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX, distances
+from dockpose.lights.false_rings import (
+    AS_CONVINCING,
+    SEVERAL,
+    is_every_nth,
+    is_part_of_more,
+    reach_px,
+    repeating,
+    trouble_with,
+)
+from dockpose.lights.growing import NARROWEST, TOLERANCE_OF_AXIS, TOLERANCE_PX
 from dockpose.lights.handmade import handmade_rings
-from dockpose.lights.lattice import goes_on, repeating
 from dockpose.lights.markers import Markers
-from dockpose.lights.polygon import MAX_POINTS, Candidate, Polygon, least_likely_part
-from dockpose.lights.reprojection import Sought
-from dockpose.lights.whole import TOLERANCE_OF_AXIS, ellipse_through, log_chance_of_all, spaced_as
+from dockpose.lights.polygon import (
+    MAX_POINTS,
+    Candidate,
+    Polygon,
+    accepted,
+    candidates_from,
+    is_even,
+    least_likely_part,
+    places_of,
+)
+from dockpose.lights.reprojection import RingTemplate
+from dockpose.lights.spacing import angles_on, are_even
+from dockpose.lights.triples import FEW_POINTS
 
 # A large light's centre may lie this share of its diameter off the ellipse, see also TOLERANCE_OF_AXIS.
 TOLERANCE_OF_LIGHT = 0.15
-# Another ring through some of the same points leaves it open which is right where its evidence comes so near.
-_AS_CONVINCING = 0.6
+# Rings of lights in their places, these alone with many lights, or with none missing, and rings whose lights are off
+# their places.
+Kind = Literal["exact", "of many", "whole", "handmade"]
+_STAND_OUT = 0.5  # of the light of a few, that of the next: lamps of one kind differ by as much
+_WIDEST_GAP = 3.2  # of the mean spacing, where the number of lights is not known: two missing side by side
 _AS_COMPLETE, _AS_BRIGHT = 0.7, 0.8  # of several rings: shares of the most lights, and of the most light
 # A lamp is seen so many times as bright in a mirror as straight, at the most, where it shines that way; and so many
 # rings are the most that a tank shows.
 _TIMES_AS_BRIGHT, _MOST_RINGS = 16, 40
-# What is said of groups that show no one ring.
-_SEVERAL = "Several rings can be laid through the same groups; which of them is the dock is unknown."
-# Other lights on a ring, per light, from which on it is a part of another: of one with at least twice as many, so that
-# as many others lie on it, of which two thirds may be missed. Two lamps may be on any rim.
-_UNEXPLAINED, _FEWEST_OTHERS = 0.35, 3
-_SPECK = 0.05  # of the ring's median light: lamps of one kind are not that unequal, beams and distance included
-_LEAST_EXPECTED = 0.1  # other points on a ring: one may always be
-_SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
 
 
 @dataclass(frozen=True)
@@ -87,12 +111,12 @@ def find_ring(
     if not found:
         if in_lattice.any():
             of_all = f"{count} largest of {markers.seen}" if markers.left_out else str(count)
-            return Ring(nothing, f"{in_lattice.sum()} of the {of_all} groups repeat as in a lattice. {_SEVERAL}")
+            return Ring(nothing, f"{in_lattice.sum()} of the {of_all} groups repeat as in a lattice. {SEVERAL}")
         return whole or Ring(nothing, f"None of the {markers.seen} groups of bright pixels form {_wanted(dock)}.")
     found += _more_of_size(scene, order, found, dock, tolerance)
-    best, alike = _best([one for one in found if not _is_every_nth(one)] or found, scene)
+    best, alike = _best([one for one in found if not is_every_nth(one)] or found, scene)
     exact = _without_outliers(best, dock, scene)
-    trouble = _trouble(best, exact, found, dock, scene, tolerance)
+    trouble = trouble_with(best, exact, found, dock, scene, tolerance)
     if trouble:
         return whole or Ring(nothing, trouble, rivals=(_mask(count, best),))
     rivals = tuple(_mask(count, other) for other in _apart_from(best, found))
@@ -100,6 +124,67 @@ def find_ring(
     told_px = exact.polygon.focal_px
     other_px = None if told_px == focal_px else told_px
     return Ring(on_ring, _reason(on_ring, len(rivals)), None, exact.sides, rivals, alike, other_px)
+
+
+def exact_rings(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float, kind: Kind) -> list[Candidate]:
+    """Rings of a kind, of lights in their places, among points in order; the surest first."""
+    # Of a known number corners are found sooner, of an unknown one the ellipse.
+    corners_first = dock.lights in NUMBERS
+    found = [] if corners_first else _of_many(scene, order, dock, tolerance)
+    # Bright lights far apart have the specks between them for neighbours, unless they are looked at by themselves; but
+    # not where the next are as bright, so that no few stand out.
+    next_light = scene.brightness[order[FEW_POINTS : 2 * FEW_POINTS]]
+    stand_out = len(next_light) < FEW_POINTS or next_light[-1] < _STAND_OUT * scene.brightness[order[FEW_POINTS // 2]]
+    looks = ((FIRST_POINTS, 0), (FEW_POINTS if stand_out else 0, FEW_POINTS), (MAX_POINTS, FIRST_POINTS))
+    for most, of_more in looks:
+        if kind != "of many" and not found and most and len(order) > of_more:
+            chosen = np.sort(order[:most])
+            found = candidates_from(scene, chosen, dock, tolerance, whole=kind == "whole")
+    if corners_first and not found:
+        found = _of_many(scene, order, dock, tolerance)
+    return found
+
+
+def _of_many(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
+    """Rings of many evenly spaced lights, by ellipses through most of the first points in order; the surest first."""
+    chosen = np.sort(order[:MAX_POINTS])
+    if not scene.even or (dock.lights or LEAST_LIGHTS) < LEAST_LIGHTS:
+        return []
+    rings = polygons_on_ellipses(scene.points_px, chosen, dock.lights, scene.focal_px, tolerance)
+    return sorted(filter(None, [accepted(polygon, scene) for polygon in rings]), key=attrgetter("log_chance"))
+
+
+def ellipse_through(points: np.ndarray, tolerance: float) -> Ellipse | None:
+    """The ellipse that all points lie on; None where there is none, or it is too narrow to be a dock."""
+    if len(points) < MIN_POINTS:
+        return None
+    try:
+        ellipse = fit_ellipse(points)
+    except NoEllipseError:
+        return None
+    major, minor = ellipse.semi_axes_px
+    within = max(tolerance, TOLERANCE_OF_AXIS * major)
+    if minor < NARROWEST * major or ellipse.distances(points).max() > within:
+        return None
+    return ellipse
+
+
+def spaced_as(points: np.ndarray, ellipse: Ellipse, dock: Dock, density: float) -> int | None:
+    """Number of lights of the dock that points on an ellipse are spaced as; 0 where it stays open, None for no dock."""
+    count = len(points)
+    if dock.angles_deg:
+        return dock.lights if count == dock.lights else None
+    angles = angles_on(points, ellipse)
+    if dock.lights is not None:
+        is_every_nth = MIN_POINTS < count < dock.lights and dock.lights % count == 0 and are_even(angles, count)
+        return dock.lights if are_even(angles, dock.lights) and not is_every_nth else None
+    if are_even(angles, count):
+        return count
+    ordered = np.sort(angles)
+    gaps = np.diff(ordered, append=ordered[0] + 2 * np.pi)
+    if count == MIN_POINTS or gaps.max() > _WIDEST_GAP * 2 * np.pi / count:
+        return None
+    return 0 if log_chance_of_all(ellipse, count, density) < math.log(ACCEPTED) else None
 
 
 def tolerance_px(major_px: float, light_px: float = 0.0) -> float:
@@ -147,21 +232,21 @@ def _more_of_size(
         if not others:
             break
         used = used.union(*(one.members for one in others))
-        more += [one for one in others if not _is_part_of_more(one, one, scene, _within_px(one, tolerance))]
+        more += [one for one in others if not is_part_of_more(one, one, scene, reach_px(one, tolerance))]
     return more
 
 
 def _without_outliers(best: Candidate, dock: Dock, scene: Scene) -> Candidate:
     """The ring without points that make it likelier to be chance, as where a bubble runs together with a light."""
     polygon = best.polygon
-    sought = Sought(scene.points_px, places_of(best.sides, dock), polygon.focal_px, 0.0)
-    return least_likely_part(sought, polygon.corners, polygon.mapping, scene, is_exact=True) or best
+    template = RingTemplate(scene.points_px, places_of(best.sides, dock), polygon.focal_px, 0.0)
+    return least_likely_part(template, polygon.corners, polygon.mapping, scene, is_exact=True) or best
 
 
 def _best(found: list[Candidate], scene: Scene) -> tuple[Candidate, int]:
     """The nearest of the surest ring and others apart from it, and how many could as well be the dock."""
     surest = found[0]
-    least, most = _AS_COMPLETE * len(surest.members), _AS_CONVINCING * surest.log_chance
+    least, most = _AS_COMPLETE * len(surest.members), AS_CONVINCING * surest.log_chance
     others = _apart_from(surest, found)
     alike = [surest, *(other for other in others if len(other.members) >= least and other.log_chance < most)]
     # What a flat mirror shows is always farther away than the dock. Where ranges do not tell, the brighter is it.
@@ -181,13 +266,6 @@ def _best(found: list[Candidate], scene: Scene) -> tuple[Candidate, int]:
     return alike[best], sum(light[k] > _AS_BRIGHT * light[best] for k in open_within if k != best)
 
 
-def _is_every_nth(one: Candidate) -> bool:
-    """Whether six lights or more are every second of the dock's, or every third, which those left of it hardly are."""
-    lit = np.flatnonzero(one.polygon.corners >= 0)
-    steps = np.diff(lit, append=lit[0] + one.sides)
-    return bool(steps[0] > 1 and (steps == steps[0]).all() and len(lit) > MIN_POINTS)
-
-
 def _range_radii(polygon: Polygon) -> tuple[float, float]:
     """Distance of a ring in radii of it, by the homography of its pose, and the standard error."""
     columns = polygon.mapping / np.array([[polygon.focal_px], [polygon.focal_px], [1.0]])
@@ -205,73 +283,3 @@ def _apart_from(best: Candidate, found: list[Candidate]) -> list[Candidate]:
             used |= other.members
             apart.append(other)
     return apart
-
-
-def _trouble(
-    best: Candidate, exact: Candidate, found: list[Candidate], dock: Dock, scene: Scene, tolerance: float
-) -> str | None:
-    """Why it is open whether the best ring, ``exact`` without outliers, is the dock; None where it is not."""
-    unit = places_of(best.sides, dock)
-    within = _within_px(best, tolerance)
-    if goes_on(best.polygon, unit, scene.points_px, within):
-        return f"The groups repeat as in a lattice. {_SEVERAL}"
-    if _is_part_of_more(best, exact, scene, within):
-        return f"More lights lie on one ring than a part of {best.sides}, so it is not the dock's."
-    if _is_every_nth(best):
-        return f"{len(best.members)} lights are evenly spaced, and the dock has {best.sides}: another ring."
-    for other in found:
-        if other is best or other.log_chance > _AS_CONVINCING * best.log_chance:
-            continue
-        if not other.members & best.members:
-            if _on_same_ellipse(best.polygon, other.polygon):
-                more = len(best.members) + len(other.members)
-                return f"{more} lights lie on one ring, but the dock has {best.sides}."
-        elif not _is_same(other, best):
-            return _SEVERAL
-    return None
-
-
-def _within_px(one: Candidate, tolerance: float) -> float:
-    """How far from its place on a ring a light may lie."""
-    return max(tolerance, TOLERANCE_OF_RADIUS * one.polygon.semi_axes_px[1])
-
-
-def _is_part_of_more(best: Candidate, exact: Candidate, scene: Scene, within_px: float) -> bool:
-    """Whether more lights lie on a ring's ellipse than the dock has, and than chance would put there."""
-    members, points_px = exact.polygon.members, scene.points_px
-    # Specks are no lights, and what is near a light is a part of it.
-    is_light = scene.brightness > _SPECK * np.median(scene.brightness[members])
-    is_light[best.polygon.members] = False
-    is_light &= distances(points_px, points_px[best.polygon.members]).min(axis=1) > 2 * within_px
-    is_light[np.setdiff1d(best.polygon.members, members)] = True
-    radius = exact.polygon.semi_axes_px[0]
-    others = np.flatnonzero(is_light & (np.hypot(*(points_px - exact.polygon.centre_px).T) < 2 * radius))
-    try:
-        ellipse = fit_ellipse(points_px[members])
-    except NoEllipseError:
-        return False
-    is_on = ellipse.distances(points_px[others]) < within_px
-    count, on = len(members), int(is_on.sum())
-    # No more than the dock has are its own: where some run together, groups stand between their places.
-    if count + on <= best.sides or on < max(_FEWEST_OTHERS, _UNEXPLAINED * count):
-        return False
-    from scipy.special import pdtrc  # takes a third of a second to import, which few pictures need
-
-    # The band along the ellipse, of the disc in which the others are counted.
-    expected = float((~is_on).sum()) * min(1.0, within_px / radius)
-    return float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
-
-
-def _is_same(one: Candidate, other: Candidate) -> bool:
-    """Whether two rings are one, but for lights that one of them misses."""
-    size = max(one.polygon.semi_axes_px[0], other.polygon.semi_axes_px[0])
-    return _on_same_ellipse(one.polygon, other.polygon, 0.25) and (
-        one.members <= other.members or other.members <= one.members or size < 2 * TOLERANCE_PX
-    )
-
-
-def _on_same_ellipse(one: Polygon, other: Polygon, within: float = _SAME_ELLIPSE) -> bool:
-    """Whether the centres and axes of two rings' images are the same, within this share of the radius."""
-    radius = max(one.semi_axes_px[0], other.semi_axes_px[0])
-    differ = math.dist(one.centre_px, other.centre_px), *np.subtract(one.semi_axes_px, other.semi_axes_px)
-    return all(abs(value) < within * radius for value in differ)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from dockpose.compiled import compiled, compiled_least, compiled_within
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX
-from dockpose.lights.reprojection import Sought
+from dockpose.lights.reprojection import RingTemplate
 
 MOST_BEYOND = 4  # corners by which a triple is judged: two on each side, but all of few points
 FEW_POINTS = 12  # of so few, all corners and steps can be tried in time
@@ -86,7 +86,7 @@ def _inverse_of(places: np.ndarray) -> np.ndarray:
 
 @compiled_least
 def promising(
-    sought: Sought,
+    template: RingTemplate,
     middles: np.ndarray,
     near: np.ndarray,
     judges: Judges,
@@ -99,7 +99,7 @@ def promising(
 
     They are the middles and two of those near each (M, K), whose places are written to ``beside`` (5, K).
     """
-    points, sides, count, focal_px = sought.points, len(sought.unit), near.shape[1], sought.focal_px
+    points, sides, count, focal_px = template.points, len(template.unit), near.shape[1], template.focal_px
     steps, weights, within, corners = judges.steps, judges.weights, judges.within, judges.corners
     worst = np.argmin(best)
     least = best[worst]

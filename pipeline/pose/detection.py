@@ -13,19 +13,19 @@ from dockpose.lights.chance import (
     ALIKE,
     BUILT_WITHIN,
     MOST_LIGHTS,
-    NO_CABLES,
-    cables_of,
+    NO_STRINGS,
     log_background,
+    log_chance_of_all,
+    log_chance_of_spacing,
     log_tube,
     near_of,
     squares_apart_px2,
+    strings_of,
 )
-from dockpose.lights.conics import log_chance_of_spacing
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.region import beside_middle
 from dockpose.lights.ring import Ring
-from dockpose.lights.whole import log_chance_of_all
 from dockpose.pose.choice import Choice
 from dockpose.pose.number import OTHERS, odds_of_lit
 from dockpose.pose.side import other_focal_px, poses_by_side
@@ -73,9 +73,9 @@ def log_chance_of_ring(
     near = near_of(markers.points_px, brightness, members, ellipse.centre_px, ellipse.semi_axes_px[0])
     squares_px2 = count * (choice.candidates[0].rms_px or 0.0) ** 2
     apart_px2 = _squares_of_px2(ring, markers, ellipse, choice, camera, dock)
-    cables = NO_CABLES if choice.lights is None else cables_of(np.bincount(choice.lights, minlength=sides) > 0)
+    strings = NO_STRINGS if choice.lights is None else strings_of(np.bincount(choice.lights, minlength=sides) > 0)
     tube = log_tube(count, sides, not (dock.angles_deg or dock.offsets_m), squares_px2, apart_px2)
-    return tests + tube + log_background(count, sides, ellipse.semi_axes_px, area_px2, near, cables)
+    return tests + tube + log_background(count, sides, ellipse.semi_axes_px, area_px2, near, strings)
 
 
 def _squares_of_px2(

@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
+from dockpose.lights.growing import TOLERANCE_OF_AXIS
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
-from dockpose.lights.whole import TOLERANCE_OF_AXIS
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.refine import light_rays, on_planes
 

@@ -59,6 +59,21 @@ def test_an_edited_helper_changes_what_calls_it_from_another_file(tmp_path):
 
 
 @pytest.mark.slow
+def test_what_was_compiled_for_a_type_that_is_no_more_is_compiled_again(tmp_path):
+    folder = tmp_path / "loops"
+    folder.mkdir()
+    shutil.copy(compiling.__file__, folder / "compiled.py")
+    text = "from typing import NamedTuple\nfrom loops.compiled import compiled\n\n"
+    text += "class Pair(NamedTuple):\n    x: float\n\n@compiled\ndef of(pair):\n    return pair.x\n\n"
+    text += "print(of(Pair(1.0)), sum(of.stats.cache_hits.values()))\n"
+    for source, said in ((text, "1.0 0"), (text, "1.0 1"), (text.replace("Pair", "Other"), "1.0 0")):
+        (folder / "pairs.py").write_text(source)
+        command = [sys.executable, "-c", "import loops.pairs"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+        assert done.stdout.strip() == said, done.stderr[-500:]
+
+
+@pytest.mark.slow
 def test_what_one_version_of_numba_compiled_is_there_after_another_ran(tmp_path):
     program = (
         "import numba, sys; numba.__version__ = sys.argv[1] or numba.__version__\n"

@@ -2,20 +2,20 @@ import numpy as np
 import pytest
 from dockpose.lights.chance import (
     ALIKE,
-    NO_CABLES,
+    NO_STRINGS,
     NONE_NEAR,
-    Cables,
-    Fit,
     Near,
     Scene,
-    cables_of,
+    Strings,
     log_background,
-    log_chance_ellipses,
     log_chance_of,
+    log_chance_of_all,
     log_tube,
     near_of,
     squares_apart_px2,
+    strings_of,
 )
+from dockpose.lights.ellipse import Ellipse
 
 from tests.pipeline.lights.test_ring import lights, ring_of
 
@@ -38,15 +38,15 @@ def test_four_lights_beside_but_one_other_may_be_farther_off_their_places(off_px
         ([0, 1, 5, 6], 16, [3.0, 3.0], 0),  # two arcs of two lamps, of which only the second of each is near another
         ([11, 0, 1], 12, [3.0, 0.25], 0),  # an arc across the first light
         ([0, 3, 6, 9], 12, [], 0),  # no gap is larger than a quarter of the ring
-        ([0, 1, 2, 3, 4, 5, 6, 7, 8], 12, [], 0),  # three quarters of a ring are no cable
+        ([0, 1, 2, 3, 4, 5, 6, 7, 8], 12, [], 0),  # three quarters of a ring are no string
         ([], 12, [], 0),
     ],
 )
 def test_the_lamps_of_open_arcs_hang_on_cables(lit, sides, steps, out):
     is_lit = np.zeros(sides, bool)
     is_lit[lit] = True
-    cables = cables_of(is_lit)
-    assert (cables.steps.tolist(), cables.out) == (steps, out)
+    strings = strings_of(is_lit)
+    assert (strings.steps.tolist(), strings.out) == (steps, out)
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ def test_lights_off_along_the_rim_but_not_across_it_are_less_likely_to_be_chance
 
 def test_a_background_of_strewn_points_is_as_dense_as_those_around():
     def four(around=0, bright=0, radius=10.0):
-        return log_background(4, 4, (radius, radius), 1e6, Near(around, 0, bright, 0), NO_CABLES)
+        return log_background(4, 4, (radius, radius), 1e6, Near(around, 0, bright, 0), NO_STRINGS)
 
     # One point on a disc of twice the radius, four times: (1 / 400 pi)^4, at a million places of the size 10^4.
     assert four() == pytest.approx(4 * np.log(1 / (400 * np.pi)) + np.log(1e6 * 10**4))
@@ -115,19 +115,19 @@ def test_a_background_of_strewn_points_is_as_dense_as_those_around():
     assert four(around=9, bright=0) - four() == pytest.approx(np.log(8))
     # No disc is larger than the picture.
     assert four(radius=1000.0) == pytest.approx(4 * np.log(1e-6) + np.log(1e6 * 1000.0**4))
-    assert log_background(4, 4, (10.0, 0.0), 1e6, NONE_NEAR, NO_CABLES) == np.inf
+    assert log_background(4, 4, (10.0, 0.0), 1e6, NONE_NEAR, NO_STRINGS) == np.inf
 
 
-def test_a_crowd_counts_beside_a_narrow_ring_and_a_cable_along_it():
+def test_a_crowd_counts_beside_a_narrow_ring_and_a_string_along_it():
     # Six lights on an ellipse of 100 x 10: the crowd beside it has 40 000 pi / 10 pixels, with 14 others.
-    beside = log_background(6, 6, (100.0, 10.0), 1e6, Near(14, 14, 14, 14), NO_CABLES)
+    beside = log_background(6, 6, (100.0, 10.0), 1e6, Near(14, 14, 14, 14), NO_STRINGS)
     area = 4 * np.pi * 1000
     expected = 6 * np.log(20 / area) + np.log(area) + 2 * np.log(1000) - np.log(10)
     assert beside == pytest.approx(expected)
     # Of six lights of twelve, five hang within a quarter of a step of their places: a step is of pi 4 a b / 12^2 px^2.
     round_ring = (50.0, 50.0)
-    free = log_background(6, 12, round_ring, 1e6, NONE_NEAR, NO_CABLES)
-    hung = log_background(6, 12, round_ring, 1e6, NONE_NEAR, Cables(np.full(5, 0.25), 1))
+    free = log_background(6, 12, round_ring, 1e6, NONE_NEAR, NO_STRINGS)
+    hung = log_background(6, 12, round_ring, 1e6, NONE_NEAR, Strings(np.full(5, 0.25), 1))
     step = 4 * np.pi * 2500 / 144
     one = np.log(1 / (4 * np.pi * 2500))
     assert hung == pytest.approx(
@@ -143,9 +143,9 @@ def test_chance_counts_what_there_is_and_what_is_tried():
         corners = np.where(np.arange(8) < count, np.arange(8), -1)
         all_points = np.vstack([points[:count], 1000 + 100 * points[:others]])
         scene = Scene(all_points, np.ones(len(all_points)), 1e6, 700.0, True, numbers)
-        return log_chance_of(Fit(corners, squares, apart, (100.0, 100.0), (0.0, 0.0)), scene, False)
+        return log_chance_of(corners, squares, apart, np.diag([100.0, 100.0, 1.0]), scene, False)
 
-    plain = log_tube(8, 8, True, 1.0, ALIKE) + log_background(8, 8, (100.0, 100.0), 1e6, NONE_NEAR, NO_CABLES)
+    plain = log_tube(8, 8, True, 1.0, ALIKE) + log_background(8, 8, (100.0, 100.0), 1e6, NONE_NEAR, NO_STRINGS)
     assert chance() == pytest.approx(plain)
     # Where nothing else is in view and no light missing, a number is one of two, else one of all that are tried.
     assert chance(numbers=21) - chance() == pytest.approx(np.log(2))
@@ -167,11 +167,15 @@ def test_chance_counts_what_there_is_and_what_is_tried():
 def test_ellipses_through_points_strewn_at_random():
     # Six points of six: one choice of five, and one more within two rms both ways of an ellipse 2 pi 50 px long.
     expected = np.log(6) + np.log(1e-4 * 2 * np.pi * 50 * 4 * 1.0 * np.sqrt(6)) + np.log(6.0)
-    assert log_chance_ellipses(6, 1.0, 50.0, 1e-4, 6) == pytest.approx(expected)
-    more = log_chance_ellipses(8, 1.0, 50.0, 1e-4, 12)
+    assert log_chance_of_all(ellipse(1.0), 6, 1e-4) == pytest.approx(expected)
     beside = 1e-4 * 2 * np.pi * 50 * 4 * np.sqrt(8 / 3)
-    assert more == pytest.approx(np.log(792 * 35 * 6) + 3 * np.log(beside))
-    assert log_chance_ellipses(6, 0.0, 50.0, 1e-4, 6) == log_chance_ellipses(6, 0.05, 50.0, 1e-4, 6)
+    assert log_chance_of_all(ellipse(1.0), 8, 1e-4) == pytest.approx(np.log(56 * 6) + 3 * np.log(beside))
+    assert log_chance_of_all(ellipse(0.0), 6, 1e-4) == log_chance_of_all(ellipse(0.05), 6, 1e-4)
+    assert log_chance_of_all(ellipse(0.0), 5, 1e-4) == np.inf
+
+
+def ellipse(rms_px):
+    return Ellipse(np.array([1.0, 0, 4, 0, 0, -2500]), (0.0, 0.0), (50.0, 25.0), 0.0, rms_px)
 
 
 def test_what_is_near_a_ring_is_so_wherever_the_ring_is():

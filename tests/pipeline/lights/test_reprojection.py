@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from dockpose.lights.reprojection import (
     LightRays,
-    Sought,
+    RingTemplate,
     as_pose,
+    farthest_off,
     fit_affine,
     inverse_of,
     near_pose,
-    off_corners,
     one_pose,
     solve,
     stretch,
@@ -33,8 +33,8 @@ def seen(mapping, unit=UNIT):
     return places[:, :2] / places[:, 2:]
 
 
-def sought(points, tolerance_px=2.0):
-    return Sought(np.ascontiguousarray(points), UNIT, FOCAL_PX, tolerance_px)
+def template(points, tolerance_px=2.0):
+    return RingTemplate(np.ascontiguousarray(points), UNIT, FOCAL_PX, tolerance_px)
 
 
 @pytest.fixture
@@ -120,7 +120,7 @@ def test_the_affine_part_is_that_of_least_squares():
     # Two corners have no point, and points are in another order.
     corners, px, py = np.array([3, -1, 5, 0, 2, -1, 4]), 0.05, -0.08
     mapping = np.full((3, 3), np.nan)
-    squares = fit_affine(sought(points), corners, px, py, mapping)
+    squares = fit_affine(template(points), corners, px, py, mapping)
     lit = corners >= 0
     weight = 1 + UNIT[lit] @ [px, py]
     columns = np.column_stack([UNIT[lit], np.ones(5)]) / weight[:, None]
@@ -138,10 +138,7 @@ def test_points_off_their_corners_are_summed_and_the_worst_is_told():
     points[4] += [0, 2]
     points[5] += [100, 0]
     corners = np.array([0, 1, 2, 3, 4, -1, 6])
-    total, worst, whose = off_corners(sought(points), corners, mapping)
-    assert total == pytest.approx(29)
-    assert worst == pytest.approx(25)
-    assert whose == 2
+    assert farthest_off(template(points), corners, mapping) == 2
 
 
 def test_how_the_middle_is_stretched_is_by_singular_values():
@@ -162,8 +159,8 @@ def test_one_of_the_two_poses_near_a_homography_is_exact_and_is_taken(rotvec, t,
     points, corners = seen(truth), np.arange(7)
     start = truth.copy()
     start[2, :2] = 0  # without perspective, as three lights give it
-    one, other = one_pose(sought(points), corners, start, sign), one_pose(sought(points), corners, start, -sign)
-    least, best = as_pose(sought(points), corners, start)
+    one, other = one_pose(template(points), corners, start, sign), one_pose(template(points), corners, start, -sign)
+    least, best = as_pose(template(points), corners, start)
     assert least == min(one[0], other[0]) < 1e-3
     np.testing.assert_allclose(best, truth, rtol=1e-4, atol=1e-4)
     for _, mapping in (one, other):  # each is a circle's picture: of perpendicular, equal radii
@@ -177,7 +174,7 @@ def test_the_tilt_of_the_two_poses_is_opposite():
     points, corners, found = seen(truth), np.arange(7), []
     for sign in (-1.0, 1.0):
         mapping = truth.copy()
-        near_pose(sought(points), corners, sign, mapping)
+        near_pose(template(points), corners, sign, mapping)
         found.append(mapping[2])
     tilts = sorted(row[1] for row in found)
     assert tilts[1] == pytest.approx(np.sin(0.5) / 4, rel=1e-3)

@@ -3,10 +3,11 @@ import math
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
-from dockpose.lights.chance import NO_CABLES, NONE_NEAR, Scene, log_background
+from dockpose.lights.chance import NO_STRINGS, NONE_NEAR, Scene, log_background
+from dockpose.lights.ellipse import fit_ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.polygon import find_polygons
-from dockpose.lights.ring import find_ring
+from dockpose.lights.ring import find_ring, spaced_as
 from dockpose.pose.circle import rotation_from_angles
 
 from tests.support.scenes import CAMERA
@@ -328,7 +329,7 @@ def test_noise_drops_no_light():
 @pytest.mark.parametrize("count", [4, 5, 12])
 def test_points_in_a_line_are_no_ring(count):
     # A ring whose picture is a line could be any row of points, however near they are to it.
-    chance = log_background(count, 19, (168.0, 0.0), 6912.0, NONE_NEAR, NO_CABLES)
+    chance = log_background(count, 19, (168.0, 0.0), 6912.0, NONE_NEAR, NO_STRINGS)
     assert chance == math.inf
 
 
@@ -365,3 +366,34 @@ def test_how_many_more_rings_are_in_view_is_said(others, words):
     reason = ring_of(np.vstack(docks)).reason
     count = 10 * others
     assert reason == f"10 of {10 + count} groups lie on one ring; the other {count} do not. {words}"
+
+
+def on_ellipse(angles_deg, off_px=0.0):
+    angles = np.radians(angles_deg)
+    off = off_px * np.cos(5 * angles)
+    return np.column_stack([320 + (80 + off) * np.cos(angles), 240 + (60 + off) * np.sin(angles)])
+
+
+def number(angles_deg, dock, off_px=0.0):
+    points = on_ellipse(angles_deg, off_px)
+    return spaced_as(points, fit_ellipse(points), dock, 12 / AREA_PX2)
+
+
+EVEN_DEG, BY_HAND_DEG = np.arange(0, 360, 36.0), [0, 60, 75, 135, 150, 200, 215, 270, 285, 335]
+
+
+def test_even_lights_are_of_their_own_number_or_of_the_docks_but_not_of_every_second_of_it():
+    assert [number(EVEN_DEG, Dock(0.3, told)) for told in (None, 10, 20)] == [10, 10, None]
+    assert number(EVEN_DEG[:9], Dock(0.3, 10)) == 10
+
+
+def test_of_an_unknown_number_lights_that_hands_have_spaced_stay_open_unless_chance_or_a_gap_explains_them():
+    assert number(BY_HAND_DEG, Dock(0.3)) == 0
+    assert number(BY_HAND_DEG, Dock(0.3), off_px=2.5) is None  # any ten points lie as near to an ellipse
+    assert number([0, 20, 45, 70, 100, 125, 150, 170, 195, 215], Dock(0.3)) is None  # 145 degrees without one
+    assert number([0, 50, 130, 190, 300], Dock(0.3)) is None  # five points always lie on one
+
+
+@pytest.mark.parametrize(("count", "told"), [(10, 10), (9, None)])
+def test_a_dock_whose_angles_are_given_has_all_of_its_lights(count, told):
+    assert number(BY_HAND_DEG[:count], Dock(0.3, angles_deg=tuple(BY_HAND_DEG))) == told

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from dockpose.lights.reprojection import Sought
+from dockpose.lights.reprojection import RingTemplate
 from dockpose.lights.triples import judges_of, promising, steps_of
 
 AFFINE = np.array([[80.0, 15.0], [-10.0, 50.0]])  # a circle's picture without perspective
@@ -60,8 +60,8 @@ def best_of(points, sides=8, kept_of=3, even=True, firsts=1, focal_px=1e4):
     judges = judges_of(unit, *steps_of(sides, False), firsts)
     near = np.array([[k for k in range(len(points)) if k != row] for row in range(len(points))])
     best, kept = np.full(kept_of, -1.0), np.full((kept_of, 7), -1)
-    sought = Sought(np.ascontiguousarray(points), unit, focal_px, 1.5)
-    promising(sought, np.arange(len(points)), near, judges, even, best, kept, np.empty((5, near.shape[1])))
+    template = RingTemplate(np.ascontiguousarray(points), unit, focal_px, 1.5)
+    promising(template, np.arange(len(points)), near, judges, even, best, kept, np.empty((5, near.shape[1])))
     order = np.argsort(-best)
     return best[order], kept[order]
 
@@ -103,7 +103,7 @@ def test_uneven_rings_are_sought_one_way_around_from_every_corner():
     judges = judges_of(unit, *steps_of(7, False), 7)
     near = np.array([[k for k in range(7) if k != row] for row in range(7)])
     best, kept = np.full(7, -1.0), np.full((7, 7), -1)
-    promising(Sought(points, unit, 1e4, 1.5), np.arange(7), near, judges, False, best, kept, np.empty((5, 6)))
+    promising(RingTemplate(points, unit, 1e4, 1.5), np.arange(7), near, judges, False, best, kept, np.empty((5, 6)))
     assert (best > 9).all()
     assert (kept[:, :3] == kept[:, 3:6]).all()  # each point is its own corner
     assert set(kept[:, 6]) == {7}

@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Dock
-from dockpose.lights.lattice import goes_on, nearest_of, repeating
+from dockpose.lights.false_rings import goes_on, nearest_of, repeating
 from dockpose.lights.polygon import find_polygons
 from scipy.spatial import KDTree
 
@@ -107,7 +107,7 @@ def test_rings_among_strays_do_not_go_on_beyond_themselves(count):
 
 
 @pytest.mark.parametrize("beyond", [0, 3, 7])
-def test_lights_off_their_places_in_a_gap_of_a_ring_are_no_cable(beyond):
+def test_lights_off_their_places_in_a_gap_of_a_ring_are_no_string(beyond):
     ours = lights(60, z_m=0.7)
     middle = ours.mean(axis=0)
     gap = list(range(10, 14 + beyond))
@@ -116,7 +116,7 @@ def test_lights_off_their_places_in_a_gap_of_a_ring_are_no_cable(beyond):
     assert np.flatnonzero(ring_of(moved, 60).on_ring).tolist() == [k for k in range(60) if k not in gap]
 
 
-def test_a_lamp_beside_one_that_is_missing_is_no_cable():
+def test_a_lamp_beside_one_that_is_missing_is_no_string():
     ours, whole = lights(12, missing=(4,)), lights(12)
     beside = whole[4] + 0.15 * (whole[4] - whole.mean(axis=0))
     assert ring_of(np.vstack([ours, beside]), 12).on_ring.tolist() == [True] * 11 + [False]

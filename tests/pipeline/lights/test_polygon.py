@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from dockpose import Dock
-from dockpose.lights.exact import places_of
+from dockpose.lights.polygon import places_of
 
 
 @pytest.mark.parametrize("angles_deg", [(0, 80, 200, 310), (310, 200, 0, 80)])

@@ -2,14 +2,12 @@
 
 import contextlib
 import errno
-import functools
-import io
 import os
 import re
 import stat
 import threading
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import yaml
 from dockpose.text import InputError, kind_in_words, shown
@@ -22,7 +20,6 @@ except ImportError:  # Windows
 # On macOS fsync leaves the data in the drive's own memory.
 _FULL_SYNC = getattr(fcntl, "F_FULLFSYNC", None)
 TEMPORARY_ENDING = ".part"
-_TEMPORARY = re.compile(rf"\..*\.(\d+)-\d+{re.escape(TEMPORARY_ENDING)}", re.DOTALL)  # with its process's number
 
 
 def write_whole(path: Path, data: bytes) -> None:
@@ -32,7 +29,6 @@ def write_whole(path: Path, data: bytes) -> None:
     if path.exists() and not path.is_file():  # as /dev/stdout
         path.write_bytes(data)
         return
-    _tidy(path.parent.resolve())
     temporary = path.with_name(f".{path.name[:50]}.{os.getpid()}-{threading.get_native_id()}{TEMPORARY_ENDING}")
     try:
         with open(temporary, "wb") as file:
@@ -57,14 +53,6 @@ def _take_after(path: Path, descriptor: int) -> None:
         os.fchmod(descriptor, stat.S_IMODE(there.st_mode))
 
 
-def write_all(file: IO[bytes] | io.RawIOBase, data: bytes) -> int:
-    """Write all of the data to an unbuffered file, which may take it in pieces; return its length."""
-    left = memoryview(data)
-    while left:
-        left = left[file.write(left) or 0 :]
-    return len(data)
-
-
 class GrowingFile:
     """A file that grows by whole pieces, and is cut back to the last of them where it cannot be written."""
 
@@ -74,7 +62,10 @@ class GrowingFile:
 
     def write(self, data: bytes) -> int:
         """Write all of the data at once, and return its length. Raises OSError where that cannot be done."""
-        return write_all(self._file, data)
+        left = memoryview(data)
+        while left:  # the system may take it in pieces
+            left = left[self._file.write(left) :]
+        return len(data)
 
     def tell(self) -> int:
         """Return the place."""
@@ -128,26 +119,6 @@ def remove_temporaries(folder: Path) -> None:
     """Remove the temporary files of a program that was stopped while writing."""
     for path in folder.glob(f".*{TEMPORARY_ENDING}"):
         remove(path)
-
-
-@functools.cache
-def _tidy(folder: Path) -> None:
-    """Remove, once in each folder, the temporary files of programs of this machine that are no longer there."""
-    for path in folder.glob(f".*{TEMPORARY_ENDING}"):
-        if (match := _TEMPORARY.fullmatch(path.name)) and not _is_running(int(match[1])):
-            remove(path)
-
-
-def _is_running(process: int) -> bool:
-    if os.name == "nt":  # where a file that is open cannot be removed
-        return process == os.getpid()
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except (OSError, OverflowError):  # another user's
-        return True
-    return True
 
 
 def _sync(descriptor: int) -> None:

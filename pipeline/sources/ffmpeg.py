@@ -15,6 +15,7 @@ from av.error import FFmpegError
 from av.stream import Disposition
 from dockpose.sources.bags.storage import head_of
 from dockpose.sources.frames import SourceError
+from dockpose.sources.kinds import HEAD_BYTES, VIDEO_BEGINS
 from dockpose.sources.rtp.relay import Relay
 
 _TIMEOUT_S = 10.0  # of a server that nobody else limits
@@ -35,11 +36,6 @@ def opened(source: str | BinaryIO, **more: Any) -> InputContainer:
 _MP4_BEGINS = (b"ftyp", b"moov", b"mdat", b"free", b"wide", b"skip", b"styp", b"moof")
 _MP4_BOXES = (*_MP4_BEGINS, b"sidx", b"mfra", b"uuid", b"udta", b"meta", b"prft", b"emsg", b"pnot", b"pdin")
 _RAW = {"h264", "hevc", "vvc", "mjpeg", "m4v", "mpegvideo", "obu"}  # FFmpeg counts 25 of their frames a second
-# How files of a known format begin, and where.
-_BEGINNINGS = (
-    *((b"\x1a\x45\xdf\xa3", 0), (b"RIFF", 0), (b"\0\0\x01\xba", 0), (b"\x30\x26\xb2\x75", 0)),
-    *((kind, 4) for kind in (b"ftyp", b"moov", b"mdat", b"moof", b"free", b"wide")),
-)
 
 
 def best_video(container: InputContainer) -> av.VideoStream:
@@ -158,7 +154,7 @@ def why_not(source: str) -> str:
         return f"{source}: is not a video that can be read"
     try:
         with Path(source).open("rb") as file:
-            head = file.read(1024)
+            head = file.read(HEAD_BYTES)
             kinds = {kind for kind, _, _ in _each_box(file)} if head[4:8] == b"ftyp" else set()
     except OSError as error:
         return f"{source}: cannot be read ({error.strerror or error})"
@@ -166,8 +162,7 @@ def why_not(source: str) -> str:
         return f"{source}: the file is empty (0 bytes)"
     if kinds and not kinds & {b"moov", b"moof"}:
         return f"{source}: is an MP4 that is cut short before its index, without which no frame is found"
-    is_stream = head[0] == 0x47 and head[188:189] == b"\x47"
-    if is_stream or any(head.startswith(begins, at) for begins, at in _BEGINNINGS):
+    if VIDEO_BEGINS.match(head):
         return f"{source}: begins as a video, but is damaged or cut short"
     return f"{source}: is not a video, or one of a format that is not read; convert it to MP4 or MKV"
 

@@ -20,7 +20,7 @@ VIDEO_ENDINGS = (
     *(*_MOTION_JPEG, ".h264", ".264", ".avc", ".h265", ".265", ".hevc"),  # frames one after another, without times
 )
 BAG_ENDINGS = (".mcap", ".bag", ".db3")  # of files; rosbag2 makes folders of the first and the last
-_HEAD_BYTES = 8192
+HEAD_BYTES = 8192
 _METADATA_BEGINS = b"rosbag2_bagfile_information"  # of the file that describes a bag's folder
 # How files begin, whatever their names: MP4 and QuickTime by their boxes, MPEG's streams by their packets.
 _PICTURE_BEGINS = re.compile(
@@ -28,7 +28,7 @@ _PICTURE_BEGINS = re.compile(
     | .{4}(jP\ \ |JXL\ |ftyp(hei|hev|mi[af]|msf1|avi|crx\ )) | \xff\x0a | \xff\x4f\xff\x51 | P[1-7]\s
     | BM.{4}\0{4}.{5}\0{3} | FUJIFILM | 8BPS | \x76\x2f\x31\x01"""
 )
-_VIDEO_BEGINS = re.compile(
+VIDEO_BEGINS = re.compile(
     rb"""(?xs) .{4}(ftyp | moov | mdat | moof | styp | sidx) | \0.{3}(free | skip | wide | pnot) | \x1a\x45\xdf\xa3
     | RIFF.{4}(AVI\ |CDXA) | \0\0\x01[\xba\xb3] | \0?\0\0\x01[\x67\x40\x46] | \x30\x26\xb2\x75\x8e\x66\xcf\x11
     | nut/multimedia | \.RMF | \xb7\xd8\x00\x20\x37\x49\xda\x11
@@ -80,7 +80,7 @@ def kind_of(source: str) -> Kind:
 def _by_content(path: Path) -> Kind | None:
     """The kind of a file by its first bytes; None where they do not tell, or cannot be read."""
     try:
-        head = head_of(path, _HEAD_BYTES) if path.is_file() else b""
+        head = head_of(path, HEAD_BYTES) if path.is_file() else b""
     except OSError:
         return None
     if ending_of(head) or head.startswith((ZSTD_BEGINS, _METADATA_BEGINS)):
@@ -89,7 +89,7 @@ def _by_content(path: Path) -> Kind | None:
         if head.startswith(b"\xff\xd8") and path.suffix.lower() in _MOTION_JPEG:  # which begins as its first picture
             return Kind.VIDEO
         return Kind.PAGES if has_pages(path) else Kind.PICTURE
-    return Kind.VIDEO if _VIDEO_BEGINS.match(head) else None
+    return Kind.VIDEO if VIDEO_BEGINS.match(head) else None
 
 
 def camera_number(source: str) -> int | None:

@@ -257,31 +257,20 @@ def _placements(best: Fit, mount: Placement | None, dock: Placement | None) -> t
     setup, covariance = best.setup, best.covariance
     rotation = rotation_from_angles(*angles_of(setup.normal))
     own = np.diag([1.0, -1.0]) @ (rotation.T @ setup.basis)[[1, 0]]  # turns about x and y of the dock by steps
-    tilts = own @ covariance[NORMAL, NORMAL] @ own.T
+    variances, tilts = np.diag(covariance), np.diag(own @ covariance[NORMAL, NORMAL] @ own.T)
+    mounted, turned = (Rotation.from_matrix(each).as_quat(canonical=True) for each in (setup.mount, rotation))
     parts = [
-        (mount, "position_m", LEVER, setup.lever_m, np.diag(covariance)[LEVER]),
-        (
-            mount,
-            "quaternion_xyzw",
-            TURN,
-            Rotation.from_matrix(setup.mount).as_quat(canonical=True),
-            np.diag(covariance)[TURN],
-        ),
-        (dock, "position_m", PLACE, setup.dock_m, np.diag(covariance)[PLACE]),
-        (
-            dock,
-            "quaternion_xyzw",
-            NORMAL,
-            Rotation.from_matrix(rotation).as_quat(canonical=True),
-            [*np.diag(tilts), np.nan],
-        ),
+        (mount, "position_m", LEVER, setup.lever_m, variances[LEVER]),
+        (mount, "quaternion_xyzw", TURN, mounted, variances[TURN]),
+        (dock, "position_m", PLACE, setup.dock_m, variances[PLACE]),
+        (dock, "quaternion_xyzw", NORMAL, turned, [*tilts, np.nan]),
     ]
     found = []
-    for given, name, which, value, variances in parts:
+    for given, name, which, value, squares in parts:
         if given is not None and getattr(given, name) is not None:
             found += [getattr(given, name), None]
         elif best.told[which].all():
-            sigma = np.sqrt(variances)
+            sigma = np.sqrt(squares)
             found += [value, sigma if name == "position_m" else np.degrees(sigma)]
         else:
             found += [None, None]

@@ -2,7 +2,8 @@
 
 import cv2
 import numpy as np
-from dockpose.camera import Board, calibrate, save_camera
+from dockpose import calibrate
+from dockpose.camera import Board, save_camera
 
 board = Board(columns=10, rows=7, square_m=0.024)
 squares = np.kron(np.indices((9, 12)).sum(axis=0) % 2, np.ones((40, 40))).astype(np.uint8) * 255

@@ -147,31 +147,10 @@ class Gathering:
         self.views[name] = BoardView(name, None, self.views[name].corners, why)
 
 
-def calibrate(pictures: Iterable[tuple[str, ArrayLike | None]], board: Board, lens: str = "auto") -> Calibration:
-    """Calibrate a camera from pictures of a board.
-
-    Parameters
-    ----------
-    pictures : iterable of (str, (H, W) grey or (H, W, 3) BGR array or None)
-        Name and picture, as :func:`dockpose.estimate` takes it; None for a picture that could not be read. They are
-        consumed one at a time, so they need not fit in memory together.
-    board : Board
-        The board in the pictures.
-    lens : str
-        Lens model, one of ``LENS_CHOICES``; "auto" takes the stiffest that the pictures do not speak against.
-
-    Returns
-    -------
-    Calibration
-        The camera, the overall error and what became of each picture.
-
-    Raises
-    ------
-    ValueError
-        If the lens model is unknown, or an array is no picture.
-    CalibrationError
-        If fewer than three pictures show the board in poses of its own, or they do not determine the camera.
-    """
+def calibrate_pictures(
+    pictures: Iterable[tuple[str, ArrayLike | None]], board: Board, lens: str = "auto"
+) -> Calibration:
+    """Calibrate a camera from pictures (H, W) or (H, W, 3), None for one that cannot be read, each with its name."""
     check_one_of("lens", lens, LENS_CHOICES)
     check_is("board", board, Board)
     gathering = Gathering(board)

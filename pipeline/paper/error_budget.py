@@ -7,7 +7,7 @@ from typing import Any
 import cv2
 import msgspec
 import numpy as np
-from dockpose.camera.calibrate import Board, Calibration, calibrate
+from dockpose.camera.calibrate import Board, Calibration, calibrate_pictures
 from dockpose.camera.camera import Camera
 from dockpose.camera.port import FRESH_WATER, FlatPort
 from dockpose.dock import Dock
@@ -47,7 +47,7 @@ def rendered_calibration(camera: Camera, seed: int) -> Calibration:
         return np.clip(0.7 * seen + 20 + noise, 0, 255).astype(np.uint8)
 
     poses = enumerate(_board_poses(seed, 0))
-    return calibrate(((f"view {number}", picture(number, *pose)) for number, pose in poses), BOARD)
+    return calibrate_pictures(((f"view {number}", picture(number, *pose)) for number, pose in poses), BOARD)
 
 
 def calibrations(camera: Camera, count: int, corner_px: float, seed: int) -> list[Camera]:

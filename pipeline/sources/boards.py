@@ -9,8 +9,15 @@ from pathlib import Path
 
 import numpy as np
 from dockpose.camera.board import Board, Sighting, count_squares
-from dockpose.camera.calibrate import ALIKE, LENS_CHOICES, NO_BOARD, Calibration, Gathering, calibrate_gathered
-from dockpose.camera.calibrate import calibrate as calibrate_pictures
+from dockpose.camera.calibrate import (
+    ALIKE,
+    LENS_CHOICES,
+    NO_BOARD,
+    Calibration,
+    Gathering,
+    calibrate_gathered,
+    calibrate_pictures,
+)
 from dockpose.camera.coverage import Coverage, coverage_of
 from dockpose.camera.image import orientation_sentence, to_grey, to_levels
 from dockpose.checks import check_is, check_one_of

@@ -66,7 +66,7 @@ class Frame:
         return self.image if self.shown is None else self.shown()
 
 
-class Frames:
+class Frames(abc.ABC):
     """A source of frames, to be iterated once from the beginning and then closed.
 
     Attributes
@@ -110,9 +110,9 @@ class Frames:
         self._told_size = (0, 0)  # of frames of another size than the camera's
         self._open = contextlib.ExitStack()  # what :meth:`close` releases
 
+    @abc.abstractmethod
     def __iter__(self) -> Iterator[Frame]:
         """Yield one frame after another; corrupt ones are skipped, counted and reported."""
-        return self.between(0, self.count or 0)
 
     def between(self, start: int, stop: int) -> Iterator[Frame]:
         """Yield the frames with ``start`` <= index < ``stop`` in order; SourceError where the source is live."""
@@ -176,8 +176,11 @@ class Frames:
             self._tell(text)
 
 
-class Indexed(Frames, abc.ABC):
+class Indexed(Frames):
     """A recording of which each frame is read by its number; ``count`` is known."""
+
+    def __iter__(self) -> Iterator[Frame]:
+        return self.between(0, self.count or 0)
 
     def between(self, start: int, stop: int) -> Iterator[Frame]:
         """Yield the frames with ``start`` <= index < ``stop``; those that cannot be read are skipped."""

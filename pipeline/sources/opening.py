@@ -36,6 +36,9 @@ class Simulated(Frames):
         self.camera, self.dock = sequence.scene.camera, sequence.scene.dock
         self._observe: Observe = lambda image, camera: estimate(image, camera, sequence.scene.dock).selected
 
+    def __iter__(self) -> Iterator[Frame]:
+        return self.between(0, self.sequence.frames)
+
     def between(self, start: int, stop: int) -> Iterator[Frame]:
         """Yield the frames with ``start`` <= index < ``stop``; a closed loop is first run up to there."""
         start = max(0, start)

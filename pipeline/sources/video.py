@@ -67,6 +67,9 @@ class Video(Frames):
         self._kept: _Decoder | None = None
         self._tell_faults(is_broken_off)
 
+    def __iter__(self) -> Iterator[Frame]:
+        return self.between(0, self._order.count)
+
     def between(self, start: int, stop: int) -> Iterator[Frame]:
         """Yield the frames with ``start`` <= index < ``stop``."""
         start = max(0, start)

@@ -12,7 +12,7 @@ import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.app.inputs.pictures import camera_and_dock
 from dockpose.camera.board import Board
-from dockpose.camera.calibrate import calibrate
+from dockpose.camera.calibrate import calibrate_pictures
 from dockpose.camera.sigma import errors_of, moved
 from dockpose.pose.circle import CirclePose
 from dockpose.study.judge import nearest, signed_errors
@@ -84,7 +84,7 @@ def test_the_tank_by_its_boards_with_a_wrong_diameter():
     boards = [
         (path.name, cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)) for path in sorted((TANK / "boards_bW").glob("*.jpg"))
     ]
-    camera = calibrate(boards, Board(11, 8, 0.02)).camera
+    camera = calibrate_pictures(boards, Board(11, 8, 0.02)).camera
     print(f"\nfx {camera.fx:.1f}, the true camera's is 612.4")
     outcomes = []
     for folder in ("stills", "aquaria"):

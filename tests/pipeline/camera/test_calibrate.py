@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dockpose import Camera
 from dockpose.camera.board import Board
-from dockpose.camera.calibrate import BoardView, Gathering, calibrate, calibrate_gathered
+from dockpose.camera.calibrate import BoardView, Gathering, calibrate_gathered, calibrate_pictures
 from dockpose.camera.fitting import LENSES, CalibrationError, fit, sigmas_of
 from dockpose.camera.sigma import errors_of
 from dockpose.pose.circle import rotation_from_angles
@@ -78,7 +78,7 @@ def pictures(board, camera, count=10, farther=1.0):
 @pytest.mark.slow
 @pytest.mark.parametrize("board", [CHESSBOARD, CHARUCO], ids=["chessboard", "charuco"])
 def test_a_known_camera_comes_back(board):
-    done = calibrate(pictures(board, TRUE), board, "auto" if board is CHESSBOARD else "tangential")
+    done = calibrate_pictures(pictures(board, TRUE), board, "auto" if board is CHESSBOARD else "tangential")
     assert done.error_px < 0.25
     assert done.camera.fx == pytest.approx(TRUE.fx, rel=0.01)
     assert done.camera.fy == pytest.approx(TRUE.fy, rel=0.01)
@@ -98,7 +98,7 @@ def test_a_known_camera_comes_back(board):
 
 @pytest.mark.slow
 def test_a_fisheye_comes_back():
-    done = calibrate(pictures(CHESSBOARD, FISHEYE), CHESSBOARD, "fisheye")
+    done = calibrate_pictures(pictures(CHESSBOARD, FISHEYE), CHESSBOARD, "fisheye")
     assert done.camera.fisheye
     assert done.error_px < 0.25
     assert done.camera.fx == pytest.approx(FISHEYE.fx, rel=0.01)
@@ -109,7 +109,7 @@ def test_pictures_are_dropped_with_their_reason():
     blank = np.full((480, 640), 128, np.uint8)
     bent = picture(CHESSBOARD, Camera(760, 515, 322, 236, 640, 480), 3)
     found = [*good, ("blank.png", blank), ("small.png", blank[::2, ::2]), ("broken.png", None), ("bent.png", bent)]
-    done = calibrate(found, CHESSBOARD, "k2")
+    done = calibrate_pictures(found, CHESSBOARD, "k2")
     dropped = {view.name: view.dropped for view in done.views if view.dropped}
     assert dropped["blank.png"] == "no board was found in it"
     assert dropped["small.png"] == "it is 320 x 240 pixels, the others are 640 x 480"
@@ -122,7 +122,7 @@ def test_pictures_are_dropped_with_their_reason():
 @pytest.mark.slow
 def test_a_board_described_by_its_corners_is_understood():
     by_corners = Board(COLUMNS - 1, ROWS - 1, SQUARE_M)
-    done = calibrate(pictures(CHESSBOARD, TRUE, 3), by_corners, "k2")
+    done = calibrate_pictures(pictures(CHESSBOARD, TRUE, 3), by_corners, "k2")
     assert done.counted_as == "corners"
     assert done.views[0].corners == (COLUMNS - 1) * (ROWS - 1)
 
@@ -152,7 +152,7 @@ def test_pictures_of_one_or_two_poses_are_refused(poses, alike, noise_px):
 
 def test_no_blur_refuses_a_picture():
     hazy = [(name, hazed(grey, blur_px=4.0)) for name, grey in pictures(CHESSBOARD, TRUE, 6)]
-    done = calibrate(hazy, CHESSBOARD, "k2")
+    done = calibrate_pictures(hazy, CHESSBOARD, "k2")
     assert [each.is_blurred for each in done.used] == [True] * 6
     assert abs(done.camera.fx - TRUE.fx) < 4 * done.sigmas.values["fx"]
 
@@ -181,7 +181,7 @@ def test_boards_that_fit_less_well_count_less():
 def test_too_few_boards_are_named():
     blank = np.full((480, 640), 128, np.uint8)
     with pytest.raises(CalibrationError, match="of 10 x 7 squares was found in 0 of 1 pictures; 3 are needed"):
-        calibrate([("blank.png", blank)], CHESSBOARD)
+        calibrate_pictures([("blank.png", blank)], CHESSBOARD)
 
 
 @pytest.mark.parametrize(
@@ -200,4 +200,4 @@ def test_impossible_boards_are_named(values, message):
 
 def test_an_unknown_lens_is_named():
     with pytest.raises(ValueError, match="'anamorphic'"):
-        calibrate([], CHESSBOARD, "anamorphic")
+        calibrate_pictures([], CHESSBOARD, "anamorphic")

@@ -8,8 +8,8 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
-from dockpose import Camera, Dock, Settings, Tracker, estimate, open_frames
-from dockpose.camera import Board, calibrate
+from dockpose import Camera, Dock, Settings, Tracker, calibrate, estimate, open_frames
+from dockpose.camera import Board
 from dockpose.pose.solve import find_poses
 
 CAMERA = Camera(50, 50, 31.5, 23.5, 64, 48, distortion=[0.1, 0, 0, 0])

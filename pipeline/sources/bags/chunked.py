@@ -18,7 +18,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Footer, Schema
 from mcap.records import Message as McapMessage
-from rosbags.rosbag1.reader import Header, ReaderError, read_uint32
+from rosbags.rosbag1.reader import Header, ReaderError, RecordType, read_uint32
 
 MOST_RECORDS = 500_000  # of a chunk; a MB holds at most some ten thousand
 _HEAD = struct.Struct("<BQ")  # of each record of MCAP: what it is, and the length of its content
@@ -42,6 +42,7 @@ class ChunkedFile(Storage):
     _damage = DAMAGE
     _magic: bytes
     _refusal: str
+    _chunk: int  # kind of a record that holds others
 
     def __init__(self, path: Path) -> None:
         super().__init__()
@@ -61,7 +62,7 @@ class ChunkedFile(Storage):
         with contextlib.suppress(StopIteration, *DAMAGE):
             self._note_end()
         for at, record in self._records(self._file, len(self._magic)):
-            if not self._is_chunk(record):
+            if record.kind != self._chunk:
                 yield from self._seen(record, Place(-1, at))
                 continue
             try:
@@ -111,10 +112,6 @@ class ChunkedFile(Storage):
         """As :meth:`_records`; of a chunk that breaks off the beginning comes too."""
 
     @abc.abstractmethod
-    def _is_chunk(self, record: _Record) -> bool:
-        """Whether a record holds others."""
-
-    @abc.abstractmethod
     def _expanded(self, record: _Record) -> bytes:
         """The records of a chunk; of one that breaks off, the beginning. Raises ValueError where it is damaged."""
 
@@ -126,7 +123,7 @@ class ChunkedFile(Storage):
 class McapFile(ChunkedFile):
     """An MCAP file: https://mcap.dev/spec."""
 
-    _magic, _refusal = b"\x89MCAP0\r\n", "is not an MCAP file"
+    _magic, _refusal, _chunk = b"\x89MCAP0\r\n", "is not an MCAP file", Opcode.CHUNK
 
     def _note_end(self) -> None:
         self._schemas: dict[int, str] = {}
@@ -146,13 +143,10 @@ class McapFile(ChunkedFile):
                 if given and given != checksum:
                     self.faults.append("its data do not match their checksum: some of it is damaged")
                 return
-            if len(data) == length or kind == Opcode.CHUNK:
+            if len(data) == length or kind == self._chunk:
                 yield at, _Record(kind, data, length)
             checksum = zlib.crc32(data, zlib.crc32(head, checksum))
             at = stream.seek(at + _HEAD.size + length)
-
-    def _is_chunk(self, record: _Record) -> bool:
-        return record.kind == Opcode.CHUNK
 
     def _expanded(self, record: _Record) -> bytes:
         chunk = Chunk.read(_stream(record.data))
@@ -181,20 +175,17 @@ def _stream(data: bytes) -> ReadDataStream:
     return ReadDataStream(io.BytesIO(data))
 
 
-_MESSAGE, _ROS1_CHUNK, _CHUNK_INFO, _CONNECTION = 2, 5, 6, 7
-
-
 class Ros1File(ChunkedFile):
     """A bag of ROS 1: http://wiki.ros.org/Bags/Format/2.0."""
 
-    _magic, _refusal = b"#ROSBAG V2.0\n", "is not a bag of ROS 1 in format 2.0"
+    _magic, _refusal, _chunk = b"#ROSBAG V2.0\n", "is not a bag of ROS 1 in format 2.0", RecordType.CHUNK
 
     def _note_end(self) -> None:
         _, head = next(self._records(self._file, len(self._magic)))
         begin, chunks = head.header.get_uint64("index_pos"), head.header.get_uint32("chunk_count")
         for _, record in self._records(self._file, begin) if begin else ():  # 0: it was not closed
             self._note(record)
-            chunks -= record.kind == _CHUNK_INFO
+            chunks -= record.kind == RecordType.CHUNK_INFO
         self.is_cut_short = not begin or chunks > 0
 
     def _parsed(self, stream: BinaryIO, at: int) -> Iterator[tuple[int, _Record]]:
@@ -203,12 +194,9 @@ class Ros1File(ChunkedFile):
             length = read_uint32(stream)
             begin, kind = stream.tell(), header.get_uint8("op")
             data = stream.read(min(length, _MOST_RECORD))
-            if len(data) == length or kind == _ROS1_CHUNK:
+            if len(data) == length or kind == self._chunk:
                 yield at, _Record(kind, data, length, header)
             at = stream.seek(begin + length)
-
-    def _is_chunk(self, record: _Record) -> bool:
-        return record.kind == _ROS1_CHUNK
 
     def _expanded(self, record: _Record) -> bytes:
         compression, size = record.header.get_string("compression"), record.header.get_uint32("size")
@@ -216,9 +204,9 @@ class Ros1File(ChunkedFile):
 
     def _note(self, record: _Record) -> tuple[int, int, bytes] | None:
         header = record.header
-        if record.kind == _MESSAGE:
+        if record.kind == RecordType.MSGDATA:
             return header.get_uint32("conn"), header.get_time("time"), record.data
-        if record.kind == _CONNECTION:
+        if record.kind == RecordType.CONNECTION:
             about = Header.read(io.BytesIO(len(record.data).to_bytes(4, "little") + record.data))
             kind = storage.kind_of_message(about.get_string("type"))
             self.topics[header.get_uint32("conn")] = Topic(header.get_string("topic"), kind, "ros1")

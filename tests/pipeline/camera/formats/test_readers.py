@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.io
 from dockpose import Camera
-from dockpose.camera.files import FORMATS, load_camera, save_camera
+from dockpose.camera.files import load_camera
 from dockpose.camera.formats.described import NoSizeError
 from dockpose.camera.formats.words import READ
 from dockpose.files import FileError
@@ -751,18 +751,3 @@ def test_what_cannot_be_read_is_one_sentence(write, content, message):
         load_camera(write(content))
     assert "camera.file" in str(raised.value)
     assert "\n" not in str(raised.value)
-
-
-@pytest.mark.parametrize("file_format", FORMATS)
-def test_other_programs_read_what_is_written_for_them(tmp_path, file_format):
-    camera = Camera(FX, FY, CX, CY, WIDTH, HEIGHT, FOUR)
-    save_camera(camera, tmp_path / "c", file_format)
-    np.testing.assert_allclose(load_camera(tmp_path / "c").project(POINTS_M), pinhole(FOUR), rtol=0, atol=1e-9)
-    if file_format == "opencv-xml":
-        storage = cv2.FileStorage((tmp_path / "c").read_text(), cv2.FileStorage_READ | cv2.FileStorage_MEMORY)
-        np.testing.assert_array_equal(storage.getNode("camera_matrix").mat(), K)
-
-
-def test_kalibr_has_no_place_for_a_fifth_coefficient(tmp_path):
-    with pytest.raises(ValueError, match="no place for the fifth coefficient"):
-        save_camera(Camera(FX, FY, CX, CY, WIDTH, HEIGHT, FIVE), tmp_path / "c", "kalibr")

@@ -2,8 +2,6 @@
 
 import contextlib
 import hashlib
-import os
-import tempfile
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import cache
@@ -16,7 +14,6 @@ from numba.core.caching import IndexDataCacheFile
 
 # Division by zero gives infinity, not an exception; and no C code calls the loops.
 _HOW: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
-_FOLDER = "CACHE_DIR"  # numba's setting, which it makes when it is loaded
 _ROOT = Path(__file__).parent  # of all compiled functions
 
 
@@ -43,7 +40,7 @@ def compiled(loop: Callable[..., Any], **more: Any) -> Any:
     try:
         return _kept(loop, _HOW | more)
     except RuntimeError:  # numba found no folder that can be written
-        return _compiled_elsewhere(loop, _HOW | more)
+        return numba.njit(**(_HOW | more))(loop)
 
 
 def compiled_bare(loop: Callable[..., Any], **more: Any) -> Any:
@@ -94,34 +91,6 @@ def stamp_of_sources(root: Path) -> str:
 def on_compiling(tell: Callable[[], object]) -> AbstractContextManager[None]:
     """Call ``tell`` whenever a loop is about to be compiled."""
     return event.install_listener("numba:compile", _Begun(tell))
-
-
-def _compiled_elsewhere(loop: Callable[..., Any], how: dict[str, Any]) -> Any:
-    folder = _temporary_folder()
-    if folder is None:
-        return numba.njit(**how)(loop)
-    before: str = getattr(config, _FOLDER)
-    setattr(config, _FOLDER, str(folder))
-    try:
-        return _kept(loop, how)
-    except RuntimeError:
-        return numba.njit(**how)(loop)
-    finally:
-        setattr(config, _FOLDER, before)
-
-
-def _temporary_folder() -> Path | None:
-    """A folder for this user alone, since whatever lies in a cache is run; None where there can be none."""
-    user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "")
-    folder = Path(tempfile.gettempdir()) / f"dockpose-compiled-{user}"
-    try:
-        folder.mkdir(mode=0o700, exist_ok=True)
-        about = folder.lstat()
-    except OSError:
-        return None
-    if hasattr(os, "getuid") and (folder.is_symlink() or about.st_uid != user or about.st_mode & 0o077):
-        return None
-    return folder
 
 
 class _Begun(event.Listener):

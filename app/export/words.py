@@ -19,8 +19,8 @@ from dockpose.camera.calibrate import BoardView, Calibration
 from dockpose.camera.sigma import errors_of, numbers_of
 from dockpose.camera.standard_errors import CameraSigma
 from dockpose.pose.circle import angles_of, rotation_from_angles
+from dockpose.pose.shared import diameter_share
 from dockpose.pose.tape import TAPE_M, Place, TapeFit, fit_tape
-from dockpose.pose.uncertainty import diameter_share
 from dockpose.study import budget as budgets
 from dockpose.study.budget import USUAL_NOISE_PX, Budget
 from dockpose.thresholds import METHODS

@@ -11,7 +11,8 @@ from dockpose.lights.chance import LEAST_PX
 from dockpose.pose.circle import CirclePose, angles_of
 from dockpose.pose.placement import Placement, place
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at, weigh
-from dockpose.pose.uncertainty import PoseErrors, SharedErrors, deviations, log_odds, nearer, noise_px
+from dockpose.pose.shared import SharedErrors
+from dockpose.pose.uncertainty import PoseErrors, deviations, log_odds, nearer, noise_px
 
 DECIDED = 0.95  # the choice counts as decided from this probability on
 SAME_RAD = math.radians(0.2)  # poses whose normals differ by less than this are the same

@@ -116,19 +116,19 @@ class CirclePose:
         line, only_here = self.to_dict(), ("normal", "roll_deg", "centre_px", "probability", "rms_px")
         return {key: value for key, value in line.items() if key not in only_here}
 
-    @property
+    @cached_property
     def quaternion_xyzw(self) -> tuple[float, float, float, float]:
         """The rotation without roll as a unit quaternion (x, y, z, w): Ry(theta_y) Rx(theta_x)."""
         half_x, half_y = self.theta_x_rad / 2, self.theta_y_rad / 2
         cx, sx, cy, sy = math.cos(half_x), math.sin(half_x), math.cos(half_y), math.sin(half_y)
         return sx * cy, cx * sy, -sx * sy, cx * cy
 
-    @property
+    @cached_property
     def covariance(self) -> np.ndarray | None:
         """Covariance (6, 6) in ROS's order, m and rad about the camera's axes, roll unknown; None if not computed."""
         return None if self.errors is None else self.errors.in_camera(total=False)
 
-    @property
+    @cached_property
     def covariance_total(self) -> np.ndarray | None:
         """The same with the errors that all pictures share: what a filter may take for the error of one pose."""
         return None if self.errors is None else self.errors.in_camera(total=True)

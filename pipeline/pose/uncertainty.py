@@ -5,14 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
-import msgspec
 import numpy as np
-from dockpose.camera.camera import Camera
-from dockpose.camera.sigma import errors_of, moved
 from dockpose.compiled import compiled
-from dockpose.dock import Dock
-from dockpose.lights.reprojection import LightRays
-from dockpose.pose.refine import on_planes
+from dockpose.pose.shared import SharedErrors
 
 # For the choice between two candidates: prior precision of centroids, and its weight in measured numbers.
 PRIOR_NOISE_PX = 0.02
@@ -28,15 +23,11 @@ _SCALES_PX = np.geomspace(1e-3, 1e3, 240)  # noises over which is averaged: any 
 _LEAST_SQUARES_PX2 = 1e-8  # so that logarithms stay finite
 _LOG_SQUARES = np.linspace(math.log(_LEAST_SQUARES_PX2), math.log(1e7), 100)  # at which the evidence is tabulated
 _HOLD = 0.95  # coverage of 1.96 standard errors on either side
-# Of what all pictures share.
-DIAMETER_SHARE = 0.003  # standard error where the dock file says nothing: a millimetre of 30 cm
-_AROUND = 12  # points on the circle of a dock whose lights are not known
-_STEP = 1e-4  # of the range, for derivatives
-_OPEN = 1e-9  # singular value, over the largest, of what the lights leave open, as the roll where they may be anywhere
 PARTS = ("picture", "camera", "diameter", "lights")
 # Variance of an angle that may be anywhere in a full turn: (2 pi)^2 / 12.
 UNKNOWN_ANGLE_RAD2 = math.pi**2 / 3
 UNKNOWN_LENGTH_M2 = 1e6  # a kilometre, squared: farther than any camera sees under water
+_MOST, _EYE = np.repeat([UNKNOWN_LENGTH_M2, UNKNOWN_ANGLE_RAD2], 3), np.eye(6)
 
 
 def noise_px(squares_px2: float, numbers: int, parameters: int) -> float:
@@ -144,91 +135,6 @@ def deviations(
     return (sigma_x, sigma_y, sigma_z), (sigma_theta_x, min(math.pi, noise * math.sqrt(about_y) / cos_x))
 
 
-def diameter_share(dock: Dock) -> float:
-    """Standard error of a dock's diameter, as a share of it: the file's, or the usual one."""
-    return DIAMETER_SHARE if dock.diameter_sigma_m is None else dock.diameter_sigma_m / dock.diameter
-
-
-@dataclass(frozen=True)
-class SharedErrors:
-    """Where errors that do not average out come from."""
-
-    camera: Camera
-    dock: Dock
-    position_m: np.ndarray  # (3,): of the dock
-    rays: LightRays | None = None  # of the lights that were seen; None for all of the dock's
-
-    def roots(self, rotation: np.ndarray, noise_px: float) -> dict[str, np.ndarray]:
-        """Roots (6, K) of covariances, as :attr:`PoseErrors.covariance` is one, of camera, diameter, lights' places.
-
-        To first order a wrong number moves the pose as it moves the lights' images: by the pseudoinverse of their
-        derivatives by the pose (Hartley and Zisserman 2004, section 5.2). The place of a light shows in the residuals;
-        what ``noise_px`` holds of it already is not counted again.
-        """
-        lights_m = self._lights_m(rotation)
-        names, errors = errors_of(self.camera)
-        A, by_number = self._slopes(self.position_m + lights_m @ rotation.T, names, np.sqrt(np.diag(errors)))
-        outwards_m = lights_m * [1, 1, 0]
-        larger = diameter_share(self.dock) * (A @ (outwards_m @ rotation.T)[:, :, None])
-        deeper = self.dock.lamp_depth_sigma_m * A @ rotation[:, 2:]
-        shifts = np.concatenate([A, -A @ rotation @ cross(lights_m), by_number, larger, deeper, A], axis=2)
-        if self.dock.lights is None:
-            shifts = _across(shifts, A, lights_m, rotation)
-        ends = np.cumsum([6, len(names), 1, 1])
-        by_pose, by_number, larger, deeper, own = np.split(shifts, ends, axis=2)
-        carry = np.linalg.pinv(by_pose.reshape(-1, 6), rcond=_OPEN)
-        by_camera = carry @ by_number.reshape(-1, len(names))
-        by_diameter, by_depth = carry @ larger.reshape(-1, 1), carry @ deeper.reshape(-1, 1)
-        own = (self.dock.lights_sigma_m or 0.0) * own
-        own_px2 = float((own**2).sum()) / (2 * len(own))
-        unseen = max(0.0, 1 - noise_px**2 / own_px2) if own_px2 > 0 else 0.0
-        by_lights = carry.reshape(6, -1, 2).transpose(1, 0, 2) @ own
-        values, vectors = np.linalg.eigh(errors)
-        return {
-            "camera": by_camera @ vectors * np.sqrt(np.maximum(values, 0.0)),
-            "diameter": by_diameter,
-            "lights": np.hstack([by_depth, math.sqrt(unseen) * by_lights.transpose(1, 0, 2).reshape(6, -1)]),
-        }
-
-    def _lights_m(self, rotation: np.ndarray) -> np.ndarray:
-        """Places (N, 3) of the lights in the dock's frame."""
-        if self.rays is not None:
-            depth_m = self.dock.lamp_depth_m
-            (flat,) = on_planes(self.rays, rotation[None], (self.position_m + depth_m * rotation[:, 2])[None])
-            return np.column_stack([flat, np.full(len(flat), depth_m)])
-        dock = self.dock if self.dock.lights is not None else msgspec.structs.replace(self.dock, lights=_AROUND)
-        return dock.light_points()
-
-    def _slopes(self, points_m: np.ndarray, names: list[str], sigmas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives of the images of points (N, 3) by their places (N, 2, 3) and by the camera's numbers (N, 2, P).
-
-        Those by places, and by numbers of lens and port, are differences of small steps; 0 where the lens sees none.
-        """
-        camera, by_number = self.camera, np.zeros((len(points_m), 2, len(names)))
-        step_m = _STEP * float(np.linalg.norm(self.position_m))
-        steps = step_m * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
-        images = camera.project((points_m + steps[:, None]).reshape(-1, 3)).reshape(7, -1, 2)
-        for column, (name, sigma) in enumerate(zip(names, sigmas.tolist(), strict=True)):
-            if name in ("fx", "fy"):
-                axis = int(name == "fy")
-                by_number[:, axis, column] = (images[0, :, axis] - (camera.cx, camera.cy)[axis]) / getattr(camera, name)
-            elif name in ("cx", "cy"):
-                by_number[:, int(name == "cy"), column] = 1.0
-            elif sigma > 0:
-                more, less = (moved(camera, name, sign * sigma).project(points_m) for sign in (1, -1))
-                by_number[:, :, column] = (more - less) / (2 * sigma)
-        by_place = ((images[1:4] - images[4:]) / (2 * step_m)).transpose(1, 2, 0)
-        return np.nan_to_num(by_place), np.nan_to_num(by_number)
-
-
-def _across(shifts: np.ndarray, A: np.ndarray, lights_m: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Of shifts (N, 2, K) of the images that across the ring, all that residuals of lights anywhere on it show."""
-    along_m = np.cross([0.0, 0.0, 1.0], lights_m) @ rotation.T
-    along = (A @ along_m[:, :, None])[:, :, 0]
-    across = along[:, ::-1] * [1, -1] / np.maximum(np.linalg.norm(along, axis=1), 1e-12)[:, None]
-    return across[:, :, None] * (across[:, None] @ shifts)
-
-
 def cross(vectors: np.ndarray) -> np.ndarray:
     """Matrices (N, 3, 3) that take the cross product of vectors (N, 3) with another."""
     x, y, z = vectors.T
@@ -245,7 +151,8 @@ class PoseErrors:
     covariance: np.ndarray
     rotation: np.ndarray  # (3, 3): from the dock's frame to the camera's, with any roll
     noise: float = 1.0  # standard deviation of a light's centroid, in pixels
-    shared: "SharedErrors | KnownErrors | None" = None  # what this picture has in common with all others
+    # what this picture has in common with all others, or its roots, carried over from another pose
+    shared: SharedErrors | dict[str, np.ndarray] | None = None
 
     @cached_property
     def parts(self) -> dict[str, np.ndarray]:
@@ -256,12 +163,14 @@ class PoseErrors:
     @cached_property
     def roots(self) -> dict[str, np.ndarray]:
         """Roots (6, K) of the covariances of what all pictures share, a column for each cause."""
-        return {} if self.shared is None else self.shared.roots(self.rotation, self.noise)
+        if isinstance(self.shared, SharedErrors):
+            return self.shared.roots(self.rotation, self.noise)
+        return self.shared or {}
 
     @cached_property
     def total(self) -> np.ndarray:
         """Sum (6, 6) of all parts."""
-        return np.sum(list(self.parts.values()), axis=0)
+        return sum(self.parts.values(), np.zeros((6, 6)))
 
     @cached_property
     def sigmas(self) -> dict[str | None, tuple[tuple[float, float, float], tuple[float, float]]]:
@@ -274,11 +183,9 @@ class PoseErrors:
         covariance = (self.total if total else self.parts["picture"]).copy()
         covariance[5], covariance[:, 5] = 0.0, 0.0
         covariance[5, 5] = UNKNOWN_ANGLE_RAD2
-        most = np.repeat([UNKNOWN_LENGTH_M2, UNKNOWN_ANGLE_RAD2], 3)
-        shrunk = np.sqrt(np.minimum(1.0, most / np.maximum(np.diag(covariance), 1e-300)))
-        turned = np.eye(6)
-        turned[3:, 3:] = self.rotation
-        turned *= shrunk
+        shrunk = np.sqrt(np.minimum(1.0, _MOST / np.maximum(covariance.diagonal(), 1e-300)))
+        turned = _EYE * shrunk
+        turned[3:, 3:] = self.rotation * shrunk[3:]
         return turned @ covariance @ turned.T
 
     def carried(self, lever_m: np.ndarray, rotation: np.ndarray) -> "PoseErrors":
@@ -287,16 +194,5 @@ class PoseErrors:
         by[:3, :3] = np.eye(3)
         by[:3, 3:] = -cross(lever_m[None])[0] @ self.rotation  # w x lever, of a rotation w about the dock's own axes
         by[3:, 3:] = rotation.T @ self.rotation
-        shared = KnownErrors({name: by @ root for name, root in self.roots.items()})
+        shared = {name: by @ root for name, root in self.roots.items()}
         return PoseErrors(by @ self.covariance @ by.T, rotation, self.noise, shared)
-
-
-@dataclass(frozen=True)
-class KnownErrors:
-    """What all pictures share, where it was carried over from other poses."""
-
-    known: dict[str, np.ndarray]
-
-    def roots(self, rotation: np.ndarray, noise_px: float) -> dict[str, np.ndarray]:
-        """As :meth:`SharedErrors.roots`."""
-        return self.known

@@ -12,8 +12,9 @@ from dockpose.checks import check_number
 from dockpose.dock import Dock
 from dockpose.pose.circle import rotation_from_angles
 from dockpose.pose.refine import light_rays, refine
+from dockpose.pose.shared import SharedErrors
 from dockpose.pose.solve import find_poses
-from dockpose.pose.uncertainty import SharedErrors, deviations
+from dockpose.pose.uncertainty import deviations
 
 USUAL_NOISE_PX = 0.3  # of a light's centre along each axis; 0.1 for bright, sharp lights, 1 in turbid water
 # Two neighbouring lights are one group where less than this lies between their centres: each is about three pixels

@@ -9,7 +9,8 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.uncertainty import PoseErrors, SharedErrors
+from dockpose.pose.shared import SharedErrors
+from dockpose.pose.uncertainty import PoseErrors, cross
 from dockpose.settings import Settings
 
 # How the vehicle moved: travel (3,) in metres in the camera's old frame, and the rotation (3, 3) whose columns are the
@@ -89,10 +90,10 @@ class Chain:
         )
         # A small rotation w moves the normal n by w x n, so that n x (w x n) is the part of w that shows.
         rotation = pose.rotation
-        shows = rotation.T @ np.cross(self.normal, np.eye(3)).T
+        shows = rotation.T @ cross(self.normal[None])[0]
         covariance = np.zeros((6, 6))
         covariance[:3, :3] = np.diag(variances[:3])
-        covariance[3:, 3:] = shows @ np.diag(variances[3:]) @ shows.T
+        covariance[3:, 3:] = shows * variances[3:] @ shows.T
         return replace(
             pose, errors=PoseErrors(covariance, rotation, shared=SharedErrors(camera, dock, self.position_m))
         )

@@ -12,11 +12,11 @@ from dockpose.camera.sigma import errors_of, moved
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, angles_of, rotation_from_angles
 from dockpose.pose.refine import light_rays
+from dockpose.pose.shared import SharedErrors
 from dockpose.pose.solve import find_poses
 from dockpose.pose.uncertainty import (
     PARTS,
     PoseErrors,
-    SharedErrors,
     _prior_noise_px,
     _quantile,
     deviations,

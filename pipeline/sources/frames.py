@@ -2,12 +2,12 @@
 
 import abc
 import contextlib
-import queue
-import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
-from typing import Self, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from dockpose.camera.camera import Camera
@@ -218,32 +218,17 @@ def growing(stamps: Sequence[int]) -> tuple[list[int], list[int]]:
 
 Item = TypeVar("Item")
 _AHEAD = 4  # items
+_END: Any = object()  # stands for their end
 
 
 def read_ahead(items: Iterable[Item]) -> Iterator[Item]:
     """Yield the items in order, fetched by a thread that is a few ahead; its errors come in turn."""
-    waiting: queue.Queue[tuple[Item] | BaseException | None] = queue.Queue(maxsize=_AHEAD)
-    stop = threading.Event()
-
-    def run() -> None:
-        try:
-            for item in items:
-                waiting.put((item,))
-                if stop.is_set():
-                    return
-            waiting.put(None)
-        except BaseException as error:  # raised again where the items are consumed
-            waiting.put(error)
-
-    thread = threading.Thread(target=run, name="dockpose reading ahead", daemon=True)
-    thread.start()
+    source: Iterator[Any] = iter(items)
+    pool = ThreadPoolExecutor(1, "dockpose reading ahead")
     try:
-        while (got := waiting.get()) is not None:
-            if isinstance(got, BaseException):
-                raise got
-            yield got[0]
+        waiting = deque(pool.submit(next, source, _END) for _ in range(_AHEAD))
+        while (item := waiting.popleft().result()) is not _END:
+            waiting.append(pool.submit(next, source, _END))
+            yield item
     finally:
-        stop.set()
-        while not waiting.empty():  # so that the thread, which may wait for room, comes to its end
-            waiting.get()
-        thread.join(timeout=5.0)
+        pool.shutdown(cancel_futures=True)

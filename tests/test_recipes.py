@@ -63,28 +63,36 @@ def test_a_method_of_the_library_is_listed_and_used(copy):
         "pipeline/thresholds/middle.py",
         '''"""Half way."""
 
+import numpy as np
+from dockpose.pixels.flood import LEVELS
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 
 def middle(histogram: Histogram) -> Threshold:
     """Keep what is brighter than half the scale."""
-    return threshold_at("middle", histogram, 128, "half of the scale")
+    level = LEVELS // 2 if np.count_nonzero(histogram.counts) > 1 else LEVELS
+    return threshold_at("middle", histogram, level, "It is half of the scale.")
 ''',
     )
-    line = "    fixed=Entry("
-    copy.change(
-        "pipeline/thresholds/__init__.py", line, f'    middle=Entry("Half way", middle, SKY_BLUE, "h"),\n{line}'
-    )
+    entry, line = 'middle=Entry("Half way", middle, SKY_BLUE, "s"),', "    fixed=Entry("
+    assert entry in (ROOT / "docs" / "code.md").read_text(encoding="utf-8")
+    copy.change("pipeline/thresholds/__init__.py", line, f"    {entry}\n{line}")
     copy.change(
         "pipeline/thresholds/__init__.py",
         "from dockpose.thresholds.methods import",
         "from dockpose.thresholds.middle import middle\nfrom dockpose.thresholds.methods import",
     )
     printed = copy.run(
+        "import collections, numpy\n"
         "from dockpose.app import cli\n"
+        "from dockpose.thresholds import METHODS, histogram_of\n"
+        "looks = collections.Counter((entry.colour, entry.mark) for entry in METHODS.values())\n"
+        "white = METHODS['middle'](histogram_of(numpy.full((4, 4), 255, numpy.uint8)), 2, None)\n"
+        "print(max(looks.values()), white.level)\n"
         "cli.main(['compare', 'tilted'])\n"
         "cli.main(['estimate', 'tilted', '--method', 'middle'])"
     )
+    assert printed[0] == "1 256"  # no other has its look, and a white picture keeps nothing
     assert any(line.split()[:2] == ["middle", "128"] for line in printed), printed
     assert any("the dock is" in line for line in printed), printed
 

@@ -59,7 +59,7 @@ SLIDER = """
 label = "Blur (px)"
 hint = "Of the lens."
 path = "scene.sensor.blur_px"
-limits = [0, 5, 0.1]
+limits = [0.1, 5, 0.1]
 """
 
 

@@ -60,10 +60,7 @@ def decode(data: bytes, name: str = "image") -> np.ndarray:
         return decode_page(pages[0], name)
     if what := name_of(data):
         raise ImageError(f"{name}: is {what}")
-    width, height, pixel_bytes, is_animated, is_gif = _header(data, name)
-    check_size(width, height, pixel_bytes, name)
-    if is_animated:
-        raise ImageError(f"{name}: is an animation; convert it to a video, as MP4, or to pictures")
+    is_gif = _is_gif(data, name)
     if mark.is_drawn(data):
         raise ImageError(mark.refusal(name))
     if is_gif:  # not read by OpenCV before 4.11
@@ -201,18 +198,18 @@ def check_size(width: int, height: int, pixel_bytes: int, name: str) -> None:
         raise ImageError(f"{size}; at most {_MAX_BYTES // 1_000_000} are read")
 
 
-def _header(data: bytes, name: str) -> tuple[int, int, int, bool, bool]:
-    """Width, height and bytes of a decoded pixel; whether it is an animation, and a GIF."""
+def _is_gif(data: bytes, name: str) -> bool:
+    """Whether a picture is a GIF; ImageError for an animation, and where the header is damaged, or says too much."""
     try:
         with opened_quietly(io.BytesIO(data)) as header:
             is_deep = header.mode.startswith(("I", "F")) or (data.startswith(b"\x89PNG") and data[24] == 16)
             channels = 3 if header.mode == "P" else len(header.getbands())
-            width, height = header.size
-            # Of a large one, which is refused, nobody counts the frames.
-            is_animated = (
-                header.format in _ANIMATED and width * height <= MAX_PIXELS and getattr(header, "is_animated", False)
-            )
-            return width, height, channels * (2 if is_deep else 1), is_animated, header.format == "GIF"
+            check_size(*header.size, channels * (2 if is_deep else 1), name)
+            if header.format in _ANIMATED and getattr(header, "is_animated", False):
+                raise ImageError(f"{name}: is an animation; convert it to a video, as MP4, or to pictures")
+            return header.format == "GIF"
+    except ImageError:
+        raise
     except UnidentifiedImageError as error:
         if data.startswith(b"\xff\xd8"):
             raise ImageError(f"{name}: is a JPEG without loss or of 12 bits, or damaged; save it as PNG") from error

@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 
 _NEWTON_STEPS = 40
 _CLOSE_ENOUGH = 1e-13
@@ -68,12 +69,8 @@ def _undistort(image: np.ndarray, coefficients: tuple[float, ...]) -> np.ndarray
 
 def _polynomial(theta: np.ndarray, coefficients: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Distance from the principal point, theta (1 + k1 theta^2 + ... + k4 theta^8), and its slope."""
-    squared = theta * theta
-    value, slope = np.zeros_like(theta), np.zeros_like(theta)
-    for power, k in reversed(list(enumerate((1.0, *coefficients)))):
-        value = value * squared + k
-        slope = slope * squared + (2 * power + 1) * k
-    return theta * value, slope
+    squared, terms = theta * theta, np.array((1.0, *coefficients))
+    return theta * polyval(squared, terms), polyval(squared, (2 * np.arange(len(terms)) + 1) * terms)
 
 
 @lru_cache(maxsize=64)

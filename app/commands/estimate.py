@@ -4,7 +4,7 @@ import argparse
 import contextlib
 import dataclasses
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,7 +43,6 @@ _OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mas
 _OWN += ("camera_size", "lights_at", "snap", "at_frame")
 _UNSET = ("rotate", 0), ("at_frame", 0)
 _WRITTEN = ("json", "csv", "tum", "annotate", "out", "record")
-_MOST_NUMBERS = 4  # of a row that are listed one by one
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -262,35 +261,20 @@ def _replayed(record: "SessionRecord", row: "Row") -> str:
 
     line, path = record.line(row), record.folder / row.file
     data = read_picture_file(path)
-    name = str(path.with_suffix(".json"))
     try:
         found = differences(line, estimate_again(decode(data, str(path)), line))
     except ValueError as error:
-        raise ValueError(str(error) if str(path) in str(error) else f"{name}: {error}") from error
+        raise ValueError(str(error) if str(path) in str(error) else f"{path.with_suffix('.json')}: {error}") from error
     if not found:
         return ""
-    changes = [f"{name} {_short(stored)} is now {_short(new)}" for name, stored, new in found[:_MOST_NUMBERS]]
-    if len(found) > _MOST_NUMBERS:
-        changes.append(f"and {len(found) - _MOST_NUMBERS} more")
-    picture_changed = hashlib.sha256(data).hexdigest() != row.sha256
-    return f"{', '.join(changes)} ({why_different(line.get('program'), picture_changed)})"
-
-
-def why_different(program: Any, picture_changed: bool) -> str:
-    """What a difference comes from: the picture, or the versions that a frame's JSON names and those of today."""
-    reasons = ["the picture's file was changed"] if picture_changed else []
-    now = versions()
-    before = program if isinstance(program, Mapping) else {}
-    if not before:
-        reasons.append("the versions that it was taken with are not known")
-    reasons += [
-        f"{name} was {before[name]}, is {now[name]}" for name in now if before.get(name, now[name]) != now[name]
-    ]
-    return (
-        "; ".join(reasons)
-        or "program, libraries and picture are the same: the frame's JSON was changed, or the "
-        "processor rounds otherwise"
-    )
+    now, before = versions(), line.get("program")
+    before = before if isinstance(before, dict) else {}
+    reasons = ["the picture's file was changed"] if hashlib.sha256(data).hexdigest() != row.sha256 else []
+    reasons += [f"{one} was {before.get(one, 'unknown')}, is {now[one]}" for one in now if before.get(one) != now[one]]
+    name, stored, new = found[0]
+    more = f", and {len(found) - 1} more" if len(found) > 1 else ""
+    why = "; ".join(reasons) or "program, libraries and picture are the same"
+    return f"{name} {_short(stored)} is now {_short(new)}{more} ({why})"
 
 
 def _short(value: Any) -> str:

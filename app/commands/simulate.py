@@ -125,7 +125,7 @@ def _begin(
     if not is_video_file(out):
         return rows, lambda frame: save_picture(frame.image, frame.scene, frame.truth, out, f"frame_{frame.number:04d}")
     rate_hz = _STILL_RATE_HZ if sequence.motion is None else sequence.motion.rate_hz
-    video = files.enter_context(VideoFile(out, rate_hz, is_lossless=True))
+    video = files.enter_context(VideoFile(out, rate_hz))
     return rows, lambda frame: video.write(frame.image, frame.time_s)
 
 

@@ -14,7 +14,6 @@ from dockpose.app.drawing.annotated import DRAWN, annotate
 from dockpose.app.drawing.figures import picture_figure
 from dockpose.app.experiment import SessionRecord
 from dockpose.app.export import data, report
-from dockpose.app.export.recordings.ros import pose_yaml
 from dockpose.app.inputs.received import safe_name
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
@@ -58,8 +57,6 @@ def picture_files(analysis: Analysis, *, layers: Collection[str] = DRAWN, sha256
     threshold = found.threshold
     if threshold is not None:
         files |= figure_files("histogram", lambda: report.histogram_figure(threshold), "png", "svg")
-    if found.selected is not None:
-        files["pose_ros.yaml"] = lambda: (pose_yaml(found) or "").encode()
     return files
 
 

@@ -212,7 +212,7 @@ class _Pictures:
         elapsed_s = (last.time_s or 0.0) - self._began_s
         rate_hz = (len(self._first) - 1) / elapsed_s if elapsed_s > 0 else _RATE_HZ
         began = {} if first.time_unix_s is None else {"creation_time": creation_time(first.time_unix_s)}
-        self._video = VideoFile(self._path, rate_hz, is_lossless=True, metadata=began)
+        self._video = VideoFile(self._path, rate_hz, metadata=began)
         for arrival in self._first:
             self.write(arrival)
         self._first.clear()

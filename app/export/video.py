@@ -20,7 +20,6 @@ from dockpose.files import GrowingFile, remove
 _Codec = tuple[str, dict[str, str], tuple[str, str | None, str]]
 # Each frame by itself, and in slices that several threads write and read.
 _FFV1: _Codec = ("ffv1", {"level": "3", "g": "1", "slices": "4"}, ("gray", "gray16le", "bgr0"))
-_MOTION_JPEG: _Codec = ("mjpeg", {"qmin": "1", "qmax": "2"}, ("yuvj420p", None, "yuvj444p"))
 # Without frames that are held back, which a kill would lose.
 _H264: _Codec = (
     "libx264",
@@ -28,12 +27,8 @@ _H264: _Codec = (
     ("yuv420p", None, "yuv420p"),
 )
 # By the ending of the file's name.
-_CODECS: dict[str, _Codec] = {
-    ".mp4": _H264,
-    ".mkv": _FFV1,
-    ".avi": _FFV1,
-}
-_TICK = Fraction(1, 1_000_000)  # of MP4 and Matroska; AVI counts frames
+_CODECS: dict[str, _Codec] = {".mp4": _H264, ".mkv": _FFV1}
+_TICK = Fraction(1, 1_000_000)
 # Each frame is a fragment, written once the next one comes, so that the file can be read even where writing was cut
 # short; it becomes a plain MP4 at the end.
 _MP4 = {"movflags": "hybrid_fragmented+frag_every_frame", "flush_packets": "1"}
@@ -140,14 +135,12 @@ def creation_time(unix_s: float) -> str:
 class VideoFile(contextlib.AbstractContextManager["VideoFile"]):
     """A video made from pictures of one size, begun with the first; as a context manager it finishes itself."""
 
-    def __init__(
-        self, path: Path, rate_hz: float, *, is_lossless: bool = False, metadata: Mapping[str, str] | None = None
-    ) -> None:
+    def __init__(self, path: Path, rate_hz: float, *, metadata: Mapping[str, str] | None = None) -> None:
         if not path.parent.is_dir():
             raise UserError(f"{path}: cannot be written ({path.parent}: there is no such folder)")
         check_folder(path.parent, str(path))
         self._path, self._suffix = path, path.suffix.lower()
-        self._codec = _CODECS[self._suffix] if is_lossless or self._suffix != ".avi" else _MOTION_JPEG
+        self._codec = _CODECS[self._suffix]
         self._rate_hz = Fraction(rate_hz).limit_denominator(1001)
         self._metadata = metadata or {}
         self._container: OutputContainer | None = None
@@ -204,7 +197,7 @@ class VideoFile(contextlib.AbstractContextManager["VideoFile"]):
         if self._container is None:
             self._begin(picture.shape[1], picture.shape[0], wanted)
         frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format=source)
-        frame.pts, frame.time_base = self._stamp(time_s), self._named_tick
+        frame.pts, frame.time_base = self._stamp(time_s), self._tick
         assert self._container is not None
         self._container.mux(self._stream.encode(frame))
 
@@ -224,24 +217,19 @@ class VideoFile(contextlib.AbstractContextManager["VideoFile"]):
             container, self._file = create_matroska(self._path)
         else:
             self._file = MuxedFile(self._path)
-            options_of_file = _MP4 if self._suffix == ".mp4" else {}
-            container = av.open(self._file, "w", format=self._suffix[1:], container_options=options_of_file)
+            container = av.open(self._file, "w", format="mp4", container_options=_MP4)
         container.metadata.update(self._metadata)
         self._container = container
-        self._tick = 1 / self._rate_hz if self._suffix == ".avi" else _TICK
-        self._named_tick = MILLISECOND if self._suffix == ".mkv" else self._tick
+        self._tick = MILLISECOND if self._suffix == ".mkv" else _TICK
         self._stream = cast("VideoStream", container.add_stream(encoder, rate=self._rate_hz, options=options))
         self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, pixels
         if self._codec is _FFV1:  # one core is left for looking at the frames meanwhile
             self._stream.codec_context.thread_count = max(1, (os.cpu_count() or 2) - 1)
-        self._stream.time_base = self._stream.codec_context.time_base = self._named_tick
+        self._stream.time_base = self._stream.codec_context.time_base = self._tick
 
     def _stamp(self, time_s: float | None) -> int:
         """Time stamp, later than the last one."""
-        if time_s is None or self._suffix == ".avi":
-            stamp = round(self._count / self._rate_hz / self._tick)
-        else:
-            stamp = round(time_s / self._tick)
+        stamp = round((self._count / self._rate_hz if time_s is None else time_s) / _TICK)
         self._count += 1
         self._last = max(stamp, self._last + 1)
         return self._last

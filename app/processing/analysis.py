@@ -33,9 +33,6 @@ class Trajectory:
     def __init__(self) -> None:
         self._rows: dict[int, tuple[float, ...]] = {}
 
-    def __len__(self) -> int:
-        return len(self._rows)
-
     def note(self, frame: Frame, tracked: Tracked) -> None:
         """Record a frame, replacing any earlier entry."""
         pose, ellipse = tracked.pose, tracked.estimate.ellipse
@@ -58,16 +55,6 @@ class Trajectory:
         if last is not None:
             return [(index, self._rows[index]) for index in range(first, last + 1) if index in self._rows]
         return [(index, self._rows[index]) for index in sorted(self._rows) if index >= first]
-
-    def table(self, at_most: int) -> np.ndarray:
-        """Rows (N, len(COLUMNS)) in order, thinned to ``at_most``, those without a dock first; NaN where unknown."""
-        rows = np.array([self._rows[index] for index in sorted(self._rows)]).reshape(-1, len(COLUMNS))
-        step = math.ceil(len(rows) / at_most)
-        if step <= 1:
-            return rows
-        lost = COLUMNS.index("lost")
-        starts = np.arange(0, len(rows), step)
-        return np.array([max(rows[start : start + step], key=lambda row: row[lost]) for start in starts])
 
     def path_m(self, last: int, seconds: float) -> np.ndarray:
         """Positions (N, 3) of the dock's centre, in the camera's frame, where it was seen so long before a frame."""

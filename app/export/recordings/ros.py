@@ -1,4 +1,4 @@
-"""What was found in a frame as ROS 2 messages, also in an MCAP file, and a pose in YAML for ``ros2 topic pub``."""
+"""What was found in a frame as ROS 2 messages, also in an MCAP file."""
 
 import contextlib
 import math
@@ -10,7 +10,6 @@ from types import SimpleNamespace
 from typing import Any, BinaryIO, cast
 
 import numpy as np
-import yaml
 from dockpose import Camera, Estimate, Vehicle
 from dockpose.app.errors import UserError, unwritable, writing
 from dockpose.app.export.data import to_png
@@ -189,15 +188,6 @@ def _as_text(value: Any) -> str:
 def header(time_ns: int, frame_id: str) -> dict[str, Any]:
     """Return a message's header; ``time_ns`` is in nanoseconds since 1970."""
     return {"stamp": {"sec": time_ns // 10**9, "nanosec": time_ns % 10**9}, "frame_id": frame_id}
-
-
-def pose_yaml(found: Estimate) -> str | None:
-    """Return the chosen pose's message as YAML, None without one."""
-    if found.selected is None:
-        return None
-    message = pose_message(found.selected, header(0, FRAME_ID))
-    note = "# When the picture was taken is not known: the stamp is 0.\n"
-    return note + yaml.safe_dump(message, sort_keys=False, default_flow_style=None)
 
 
 def covariance(pose: CirclePose | BodyPose) -> np.ndarray:

@@ -37,7 +37,7 @@ def test_a_picture_has_the_pose_of_its_lights(clicked, json_lines):
 def test_a_film_is_followed_from_the_frame_whose_lights_are_set(tank, json_lines, capfd):
     scene = random_scene(3, position_m=(0.05, 0.0, 2.0))
     frames = list(film(FilmPlan(scene=scene, motion=Approach(frames=8, start_m=2.0, end_m=1.9))))
-    with VideoFile(tank / "film.mkv", 25.0, is_lossless=True) as video:
+    with VideoFile(tank / "film.mkv", 25.0) as video:
         for frame in frames:
             video.write(frame.image)
     np.savetxt(tank / "lights.csv", frames[3].truth.lights_px, delimiter=",")

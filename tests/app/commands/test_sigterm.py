@@ -41,7 +41,7 @@ def inputs(tmp_path_factory):
     plan = FilmPlan(scene=scene, motion=Approach(frames=5, start_m=1.2, end_m=0.8))
     save_sequence(plan, folder / "film.yaml")
     pictures = [frame.image for frame in film(plan)]
-    with VideoFile(folder / "film.mkv", 25.0, is_lossless=True) as video:
+    with VideoFile(folder / "film.mkv", 25.0) as video:
         for number in range(400):
             video.write(pictures[number % 5])
     (folder / "pictures").mkdir()

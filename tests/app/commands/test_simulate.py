@@ -94,7 +94,7 @@ def test_without_a_scene_it_is_an_approach_from_20_m_to_1_m(desk):
         assert image[y - 140 : y + 140, x - 140 : x + 140].max() > image[:20].max() + 10  # something is to be seen
 
 
-@pytest.mark.parametrize(("name", "loss"), [("v.avi", 0), ("v.MP4", 12)])
+@pytest.mark.parametrize(("name", "loss"), [("v.mkv", 0), ("v.MP4", 12)])
 def test_a_video_with_its_truth_beside_it(desk, name, loss):
     assert main(["simulate", "--scene", "s.yaml", "--out", "o"]) == 0
     assert main(["simulate", "--scene", "s.yaml", "--out", name]) == 0
@@ -113,8 +113,8 @@ def test_a_video_with_its_truth_beside_it(desk, name, loss):
 def test_a_coloured_video_keeps_its_colours(desk):
     red = msgspec.structs.replace(SCENE, lights=Lights(colours=("red",) * 10), sensor=Sensor(colour="bgr"))
     save_sequence(FilmPlan(scene=red), "red.yaml")
-    assert main(["simulate", "--scene", "red.yaml", "--out", "film.avi"]) == 0
-    image = cv2.VideoCapture("film.avi").read()[1].astype(int)
+    assert main(["simulate", "--scene", "red.yaml", "--out", "film.mkv"]) == 0
+    image = cv2.VideoCapture("film.mkv").read()[1].astype(int)
     assert image[:, :, 2].max() > image[:, :, 0].max() + 50
 
 
@@ -141,8 +141,8 @@ def test_interrupted_it_leaves_what_was_done(desk, capsys, monkeypatch):
     assert main(["simulate", "--scene", "s.yaml", "--out", "o"]) == 130
     assert "frame_0002.png" in names(desk / "o")
     assert len(rows(desk / "o/truth.csv")) == 2
-    assert main(["simulate", "--scene", "s.yaml", "--out", "v.avi"]) == 130
-    video = cv2.VideoCapture("v.avi")
+    assert main(["simulate", "--scene", "s.yaml", "--out", "v.mkv"]) == 130
+    video = cv2.VideoCapture("v.mkv")
     assert [video.read()[0] for _ in range(3)] == [True, True, False]
     assert "stopped" in capsys.readouterr().err
 

@@ -35,7 +35,7 @@ def test_all_files_agree(analysis):
     files = files_of(analysis)
     assert set(files) == {
         *("picture.png", "annotated.png", "annotated.svg", "histogram.png", "histogram.svg", "methods.png"),
-        *("result.json", "result.csv", "settings.yaml", "pose_ros.yaml", "report.html"),
+        *("result.json", "result.csv", "settings.yaml", "report.html"),
     }
     picture = cv2.imdecode(np.frombuffer(files["picture.png"], np.uint8), cv2.IMREAD_UNCHANGED)
     np.testing.assert_array_equal(picture, analysis.view.image)
@@ -56,7 +56,6 @@ def test_all_files_agree(analysis):
 def test_without_a_dock(analysis):
     nothing = analyse(put(analysis.view, "min_area_px", 999))
     files = picture_files(nothing)
-    assert "pose_ros.yaml" not in files
     assert json.loads(files["result.json"]())["status"] != "ok"
 
 

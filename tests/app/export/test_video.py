@@ -15,14 +15,13 @@ def pictures(count, shape, kind=np.uint8):
     return [rng.integers(0, top, shape).astype(kind) for _ in range(count)]
 
 
-@pytest.mark.parametrize("name", ["a.mkv", "a.avi"])
 @pytest.mark.parametrize(("shape", "kind"), [((47, 61), np.uint8), ((48, 64), np.uint16), ((47, 61, 3), np.uint8)])
-def test_lossless_videos_give_back_every_level(tmp_path, name, shape, kind):
+def test_lossless_videos_give_back_every_level(tmp_path, shape, kind):
     wanted = pictures(4, shape, kind)
-    with VideoFile(tmp_path / name, 10.0, is_lossless=True) as video:
+    with VideoFile(tmp_path / "a.mkv", 10.0) as video:
         for picture in wanted:
             video.write(picture)
-    with open_frames(str(tmp_path / name)) as frames:
+    with open_frames(str(tmp_path / "a.mkv")) as frames:
         found = list(frames)
     for picture, frame in zip(wanted, found, strict=True):
         np.testing.assert_array_equal(frame.image, picture)

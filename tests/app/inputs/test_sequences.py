@@ -163,7 +163,7 @@ def test_frames_are_followed_one_after_the_other(follower, view):
         assert analysis.tracked_frame.tracked.track.age == index + 1
     assert view.source == "course, frame 4 of 20, 0.30 s"
     assert analysis.estimate.selected.position_m[2] == pytest.approx(1.2 - 0.2 * 3 / 19, abs=0.01)
-    assert len(follower.trajectory) == 4
+    assert len(follower.trajectory.rows()) == 4
 
 
 def test_a_leap_and_another_dock_begin_a_new_track(follower, view):

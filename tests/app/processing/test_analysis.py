@@ -33,7 +33,9 @@ def seen(x_m, chance=0.9):
 def test_a_frame_is_noted_with_its_place_angles_and_probability():
     trajectory = Trajectory()
     trajectory.note(frame(4, 0.8), seen(0.1))
-    row = dict(zip(COLUMNS, trajectory.table(10)[0], strict=True))
+    ((index, values),) = trajectory.rows()
+    row = dict(zip(COLUMNS, values, strict=True))
+    assert index == 4
     assert (row["time_s"], row["x_m"], row["z_m"], row["probability"], row["lost"]) == (0.8, 0.1, 1.5, 0.9, 0)
     assert row["theta_x_deg"] == row["theta_y_deg"] == 0
     assert math.isnan(row["eccentricity"])
@@ -48,7 +50,7 @@ def course(*tracked):
 
 def test_lost_frames_are_marked_and_are_not_on_the_path():
     trajectory = course(seen(0.1), LOST, seen(0.3))
-    assert trajectory.table(10)[:, COLUMNS.index("lost")].tolist() == [0, 1, 0]
+    assert [row[COLUMNS.index("lost")] for _, row in trajectory.rows()] == [0, 1, 0]
     np.testing.assert_array_equal(trajectory.path_m(2, 5.0), [[0.1, 0.2, 1.5], [0.3, 0.2, 1.5]])
 
 
@@ -56,19 +58,14 @@ def test_rows_are_in_the_order_of_frames_whatever_was_seen_first():
     trajectory = Trajectory()
     for index in (5, 1, 3, 1):
         trajectory.note(frame(index), seen(index / 10))
-    np.testing.assert_allclose(trajectory.table(10)[:, 1], [0.1, 0.3, 0.5])
-
-
-def test_thinning_keeps_the_frames_without_a_dock():
-    table = course(*[LOST if index == 777 else seen(0.1) for index in range(1000)]).table(100)
-    assert len(table) == 100
-    assert table[:, COLUMNS.index("lost")].sum() == 1
+    assert [(index, row[1]) for index, row in trajectory.rows()] == [(1, 0.1), (3, 0.3), (5, 0.5)]
+    assert [index for index, _ in trajectory.rows(2, 4)] == [3]
 
 
 def test_oldest_frames_go():
     trajectory = course(*[LOST] * (MOST_POINTS + 5))
-    assert len(trajectory) == MOST_POINTS
-    assert trajectory.table(MOST_POINTS)[0, 0] == pytest.approx(0.5)  # frame 5 at ten a second
+    rows = trajectory.rows()
+    assert (len(rows), rows[0][0]) == (MOST_POINTS, 5)
 
 
 def test_what_the_frames_before_chose_is_chosen_again():

@@ -11,13 +11,12 @@ from unittest.mock import Mock
 import cv2
 import numpy as np
 import pytest
-from dockpose import Camera, Settings
+from dockpose import Settings
 from dockpose.app.errors import UserError
 from dockpose.app.export.data import settings_yaml
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state import preferences as memory
 from dockpose.app.state import view as state
-from dockpose.app.state.changes import with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.preferences import Memory, Remembered, with_last_settings, with_settings_file
 from dockpose.app.state.tank import Tanks
@@ -90,20 +89,6 @@ def test_folder_for_settings(monkeypatch, platform, end):
     monkeypatch.setenv("XDG_CONFIG_HOME", "/set")
     monkeypatch.setenv("APPDATA", "/apps")
     assert str(memory.config_folder()).endswith(end)
-
-
-def test_app_starts_with_the_last_settings_unless_they_show_no_pose(tmp_path):
-    options = Options(remember_in=tmp_path)
-    with App(options=options) as app:
-        app.change(lambda view: with_method(view, "otsu", 0))
-        assert app.wait_until_idle(120)
-    with App(camera=Camera(700, 700, 319.5, 239.5, 640, 480), options=options) as app:
-        assert app.view.settings.method == "otsu"
-    kept = Memory(tmp_path)
-    kept.change(settings=Settings(method="fixed", level=254))
-    kept.write()
-    with App(options=options) as app:
-        assert (app.view.settings, "a fixed level of 254" in app.view.note) == (Settings(), True)
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ def folder(tmp_path_factory):
     """A film whose second frame is dark, and its results in each form."""
     folder = tmp_path_factory.mktemp("film")
     plan = FilmPlan(scene=random_scene(3), motion=Approach(start_m=1.3, end_m=1.2, frames=FRAMES, rate_hz=10.0))
-    with VideoFile(folder / "film.mkv", 10.0, is_lossless=True) as video:
+    with VideoFile(folder / "film.mkv", 10.0) as video:
         for frame in film(plan):
             video.write(frame.image * 0 if frame.number == 2 else frame.image, frame.time_s)
     save_camera(CAMERA, folder / "camera.yaml")

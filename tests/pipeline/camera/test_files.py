@@ -70,12 +70,15 @@ def test_reads_a_fisheye_of_ros_under_both_its_names(write, model):
     assert camera.distortion == (-0.21, 0.01, 0.0005, -0.0003)
 
 
-def test_a_port_is_kept_in_our_own_format_and_dropped_in_none(tmp_path):
-    camera = Camera(700, 700, 320, 240, 640, 480, port=FlatPort(0.03, 0.01, water_index=SEA_WATER))
+@pytest.mark.parametrize(
+    ("name", "value"), [("port", FlatPort(0.03, 0.01, water_index=SEA_WATER)), ("tone", "srgb"), ("tone", 2.2)]
+)
+def test_what_other_formats_have_no_place_for_is_kept_in_our_own_and_dropped_in_none(tmp_path, name, value):
+    camera = Camera(700, 700, 320, 240, 640, 480, **{name: value})
     save_camera(camera, tmp_path / "c.yaml")
     assert load_camera(tmp_path / "c.yaml") == camera
-    for file_format in ("ros", "opencv"):
-        with pytest.raises(ValueError, match="no place for the port"):
+    for file_format in FORMATS[1:]:
+        with pytest.raises(ValueError, match=f"'{file_format}', which has no place for the {name}; use dockpose"):
             save_camera(camera, tmp_path / "c.yaml", file_format)
 
 

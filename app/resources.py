@@ -3,7 +3,6 @@
 import functools
 import platform
 import tomllib
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +37,8 @@ def with_versions(line: dict[str, Any]) -> dict[str, Any]:
 
 
 def _version(package: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version  # takes longer to import than all else here
+
     try:
         return version(package)
     except PackageNotFoundError:

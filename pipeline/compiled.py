@@ -4,17 +4,20 @@ import contextlib
 import hashlib
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core import config, event
 from numba.core.caching import IndexDataCacheFile
+from numba.core.runtime import rtsys
 
 # Division by zero gives infinity, not an exception; and no C code calls the loops.
 _HOW: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
 _ROOT = Path(__file__).parent  # of all compiled functions
+# Versions whose machine code was seen to run without numba's tables of what it can compile.
+_IS_TRIED = (0, 61) <= numba.version_info.short <= (0, 68)
 
 
 def _load_without_blas() -> None:
@@ -78,7 +81,15 @@ def _kept(loop: Callable[..., Any], how: dict[str, Any]) -> Any:
             keep(signature, data)
 
     cache.save_overload = keep_if_there_is_room
+    if _IS_TRIED:
+        cache.load_overload = partial(_loaded, cache)
     return function
+
+
+def _loaded(cache: Any, signature: Any, context: Any) -> Any:
+    """What was kept of a function, or None. Numba fills its tables first, a tenth of a second, which compiling does too."""
+    rtsys.initialize(context)
+    return cache._load_overload(signature, context)
 
 
 @cache

@@ -20,7 +20,7 @@ _MAX_BYTES = 200_000_000
 _STRIP_PIXELS = 500_000  # of which the alpha channel is applied at once
 _SIGNIFICANT_BITS = (10, 12, 14, 16)
 # All that Pillow tries, which knows many more formats, some of which take long; TIFF for its tags alone.
-_FORMATS = ("JPEG", "PNG", "GIF", "WEBP", "PPM", "BMP", "TIFF")
+_FORMATS = ("JPEG", "PNG", "GIF", "PPM", "BMP", "WEBP", "TIFF")  # first those that Pillow loads at once
 _DEFECTS = 0.01  # of a picture's pixels; more are no defects of a sensor, of which one in 1,000 is a bad one
 _SPREAD = 1 / 8  # of a light's height, which its neighbours have at least, however sharp the lens
 _ANIMATED = ("GIF", "WEBP", "PNG")  # as Pillow names them; the further pictures of a JPEG are its previews
@@ -225,6 +225,7 @@ def opened_quietly(source: io.BytesIO) -> Image.Image:
     """Open a picture of a format that we read with Pillow, without its warnings."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
+        Image.preinit()  # else it loads all of its fifty formats to look for ours
         return Image.open(source, formats=_FORMATS)
 
 
@@ -262,7 +263,7 @@ def _conversion(array: np.ndarray) -> str:
 
 def as_picture(image: Any, name: str = "image") -> np.ndarray:
     """Return an array as a picture. ``image`` (H, W); returns (H, W) in pixels."""
-    if np.ma.is_masked(image):
+    if type(image) is not np.ndarray and np.ma.is_masked(image):  # which NumPy loads when it is asked
         raise ImageError(f"{name}: has masked pixels; say what they are, as by image.filled(0)")
     array = np.asarray(image)
     if array.ndim not in (2, 3) or array.shape[2:] not in ((), (1,), (3,), (4,)) or array.size == 0:

@@ -103,7 +103,8 @@ def estimate(
         raise ImageError(f"image is {shown(image)}; it must be an array of pixels, or the path of a picture file")
     start = time.perf_counter()
     whole: np.ndarray = np.asarray(image)
-    hidden: np.ndarray | None = np.asarray(np.ma.getmaskarray(image)) if np.ma.is_masked(image) else None
+    is_masked = type(image) is not np.ndarray and np.ma.is_masked(image)
+    hidden: np.ndarray | None = np.asarray(np.ma.getmaskarray(image)) if is_masked else None
     picture = picture_in(whole, camera, settings, hidden=hidden, like=like)
     height, width = whole.shape[:2]
     scaled = camera.for_size(width, height)

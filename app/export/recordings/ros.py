@@ -4,13 +4,12 @@ import contextlib
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, BinaryIO, cast
 
 import numpy as np
-from dockpose import Camera, Estimate, Vehicle
+from dockpose import Camera, Estimate, Vehicle, __version__
 from dockpose.app.errors import UserError, unwritable, writing
 from dockpose.app.export.data import to_png
 from dockpose.app.export.recordings.annotations import ANNOTATIONS, DEFINITION, annotations_of
@@ -226,7 +225,7 @@ class PoseFile:
         # What is called here as a file needs no more than a file's write, tell and flush.
         self._writer = Writer(cast("BinaryIO", self._file), chunk_size=_CHUNK_BYTES)
         with self._writing():
-            self._writer.start(profile="ros2", library=f"dockpose {version('dockpose')}")
+            self._writer.start(profile="ros2", library=f"dockpose {__version__}")
         self._channels: dict[str, int] = {}
         for topic, kind in TOPICS.items() if has_pictures else TOPICS_OF_NODE.items():
             definition = self._store.generate_msgdef(kind, ros_version=2)[0].encode()

@@ -1,7 +1,9 @@
 """Files that survive a power cut, written whole or not at all; and YAML read within limits, each fault a sentence."""
 
 import contextlib
+import copy
 import errno
+import functools
 import os
 import re
 import stat
@@ -226,6 +228,11 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
     return parse_yaml(read_small(path, MOST_BYTES), str(path))
 
 
+@functools.lru_cache(maxsize=1)  # what stands beside a picture is asked for camera, dock and lights, each by itself
+def _content_of(text: str) -> Any:
+    return yaml.load(text, Loader=_Reader)
+
+
 def parse_yaml(data: bytes, name: str) -> dict[str, Any]:
     """Return the keys and values of YAML text, as :func:`read_yaml` does; ``name`` stands for it in messages."""
     if (kind := kind_in_words(data)) is not None:
@@ -237,7 +244,7 @@ def parse_yaml(data: bytes, name: str) -> dict[str, Any]:
     if text.startswith("%YAML:"):  # OpenCV's own spelling of the YAML directive
         text = text.partition("\n")[2]
     try:
-        content = yaml.load(text, Loader=_Reader)
+        content = copy.deepcopy(_content_of(text))
     except yaml.YAMLError as error:
         where = getattr(error, "problem_mark", None)
         line = "" if where is None else f", line {where.line + 1}"

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from dockpose.compiled import compiled
+from dockpose.compiled import compiled, compiled_bare
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse
 from dockpose.lights.reprojection import RingTemplate, as_pose, farthest_off, flatten, stretch
 from dockpose.lights.spacing import phase_of
@@ -131,7 +131,7 @@ def score_ring(
         squares, mapping = as_pose(template, corners, mapping)
 
 
-@compiled
+@compiled_bare
 def log_tube(count: int, sides: int, even: bool, squares_px2: float, apart_px2: tuple[float, float]) -> float:
     """Logarithm of the volume in which so many of a ring's lights are as near to their places, in all ways.
 
@@ -147,7 +147,7 @@ def log_tube(count: int, sides: int, even: bool, squares_px2: float, apart_px2: 
     return np.log(2 * np.pi**2 / 3 * float(count) ** 3 / 4) + tube + ways + np.log(_SIZES * max(1, sides - 3))
 
 
-@compiled
+@compiled_bare
 def log_background(
     count: int, sides: int, semi_axes_px: tuple[float, float], area_px2: float, near: Near, strings: Strings
 ) -> float:
@@ -175,7 +175,7 @@ def log_background(
     return max(strewn, crowded, hung) if len(strings.steps) else max(strewn, crowded)
 
 
-@compiled
+@compiled_bare
 def _log_ball(dimensions: int, squares: float) -> float:
     """Logarithm of the volume of a ball whose squared radius is ``squares``, or what centres are known to."""
     if dimensions == 0:
@@ -214,14 +214,19 @@ def near_of(
 @compiled
 def strings_of(lit: np.ndarray) -> Strings:
     """What a ring's lights (N,), lit or not, would be along its arcs that are open, as lamps hang on strings."""
-    corners, sides = np.flatnonzero(lit), len(lit)
-    steps, count = np.empty(len(corners)), len(corners)
+    sides, count, largest = len(lit), 0, 0
+    corners, steps, within = np.empty(sides, np.int64), np.empty(sides), np.empty(sides)
+    for corner in range(sides):
+        if lit[corner]:
+            corners[count] = corner
+            count += 1
     for k in range(count):
         steps[k] = (corners[(k + 1) % count] - corners[k]) % sides
-    if not 0 < count < CLOSED * sides or steps.max() <= (1 - CLOSED) * sides:
+        if steps[k] > steps[largest]:
+            largest = k
+    if not 0 < count < CLOSED * sides or steps[largest] <= (1 - CLOSED) * sides:
         return Strings(np.empty(0), 0)
-    kept, out, is_first, largest = 0, 0, True, np.argmax(steps)
-    within = np.empty(count)
+    kept, out, is_first = 0, 0, True
     for k in range(count):
         step = steps[(largest + 1 + k) % count]
         if step <= _LARGEST_GAP:

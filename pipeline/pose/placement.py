@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from dockpose.compiled import compiled
 from dockpose.dock import Dock
 
 # Of the spacing, root mean square: how far off even spacing all lights of a dock may be for it to tell anything; their
@@ -37,7 +36,6 @@ def place(points_rad: np.ndarray, dock: Dock) -> Placement:
     return Placement(lights, rolls, known[lights] + rolls[:, None], list(fits), 2 * math.pi)
 
 
-@compiled
 def _on_even_ring(
     points: np.ndarray, count: int, are_all: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -46,43 +44,18 @@ def _on_even_ring(
     If these are all of the dock's lights, their order may say which each is.
     """
     step = 2 * math.pi / count
-    lights, angles = np.empty(points.shape, np.int64), np.empty(points.shape)
-    rolls, fits = np.empty(len(points)), np.empty(len(points), np.bool_)
-    taken = np.empty(count, np.bool_)
-    for k in range(len(points)):
-        sine, cosine = 0.0, 0.0
-        for angle in points[k]:
-            sine += math.sin(count * angle)
-            cosine += math.cos(count * angle)
-        roll = rolls[k] = math.atan2(sine, cosine) / count
-        fits[k] = True
-        for light in range(count):
-            taken[light] = False
-        for number in range(points.shape[1]):
-            slot = (points[k, number] - roll) / step
-            nearest = round(slot)
-            light = lights[k, number] = int(nearest) % count
-            angles[k, number] = roll + step * nearest
-            if taken[light] or not abs(slot - nearest) < WITHIN:
-                fits[k] = False
-            taken[light] = True
-        if not fits[k] and are_all:
-            rolls[k] = _in_order(points[k], lights[k], angles[k])
-            fits[k] = np.sqrt(np.mean((points[k] - angles[k]) ** 2)) < _IN_ORDER_WITHIN * step
+    rolls = np.arctan2(np.sin(count * points).sum(axis=1), np.cos(count * points).sum(axis=1)) / count
+    slots = (points - rolls[:, None]) / step
+    nearest = np.rint(slots)
+    lights, angles = nearest.astype(int) % count, rolls[:, None] + step * nearest
+    is_each_another = (np.diff(np.sort(lights, axis=1), axis=1) > 0).all(axis=1)
+    fits = is_each_another & (np.abs(slots - nearest) < WITHIN).all(axis=1)
+    for row in np.flatnonzero(~fits) if are_all else ():
+        lights[row] = points[row].argsort().argsort()
+        rolls[row] = (points[row] - step * lights[row]).mean()
+        angles[row] = rolls[row] + step * lights[row]
+        fits[row] = np.sqrt(np.mean((points[row] - angles[row]) ** 2)) < _IN_ORDER_WITHIN * step
     return lights, rolls, angles, fits
-
-
-@compiled
-def _in_order(points: np.ndarray, lights: np.ndarray, angles: np.ndarray) -> float:
-    """Fill in which light each of all points (N,) is, whose order around a ring says so, and its angle; the roll."""
-    count = len(points)
-    step, roll = 2 * math.pi / count, 0.0
-    for place, number in enumerate(np.argsort(points)):
-        lights[number] = place
-        roll += float(points[number] - step * place) / count
-    for number in range(count):
-        angles[number] = roll + step * lights[number]
-    return roll
 
 
 def _place_known(points_rad: np.ndarray, known_rad: np.ndarray) -> tuple[np.ndarray, float, bool]:

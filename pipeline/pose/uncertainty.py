@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from dockpose.compiled import compiled
 from dockpose.pose.shared import SharedErrors
 
 # For the choice between two candidates: prior precision of centroids, and its weight in measured numbers.
@@ -114,23 +113,20 @@ def nearer(
     return probabilities[0] + moved, probabilities[1] - moved
 
 
-@compiled
 def deviations(
     covariance: np.ndarray, rotation: np.ndarray, noise: float
 ) -> tuple[tuple[float, float, float], tuple[float, float]]:
     """Standard errors of x, y, z in metres, and of theta_x and theta_y in radians, by a covariance (6, 6) in pixels."""
-    a, b, c = covariance[3, 3], covariance[3, 4], covariance[4, 4]
-    back_x, back_y, back_z = rotation[0, 2], rotation[1, 2], rotation[2, 2]
+    a, b, c = covariance[3, 3].item(), covariance[3, 4].item(), covariance[4, 4].item()
+    (right_x, right_y, back_x), (_, _, back_y), (ahead_x, ahead_y, back_z) = rotation.tolist()
     # Direction, in the dock's own frame, of its x axis before the roll.
     level = max(math.hypot(back_x, back_z), 1e-12)
-    x = (rotation[0, 0] * back_z - rotation[2, 0] * back_x) / level
-    y = (rotation[0, 1] * back_z - rotation[2, 1] * back_x) / level
+    x = (right_x * back_z - ahead_x * back_x) / level
+    y = (right_y * back_z - ahead_y * back_x) / level
     about_x = max(0.0, a * x * x + 2 * b * x * y + c * y * y)
     about_y = max(0.0, a * y * y - 2 * b * x * y + c * x * x)
     cos_x = math.sqrt(max(1e-12, 1 - back_y * back_y))
-    sigma_x = noise * math.sqrt(max(0.0, covariance[0, 0]))
-    sigma_y = noise * math.sqrt(max(0.0, covariance[1, 1]))
-    sigma_z = noise * math.sqrt(max(0.0, covariance[2, 2]))
+    sigma_x, sigma_y, sigma_z = (noise * math.sqrt(max(0.0, covariance[axis, axis].item())) for axis in range(3))
     sigma_theta_x = min(math.pi, noise * math.sqrt(about_x))
     return (sigma_x, sigma_y, sigma_z), (sigma_theta_x, min(math.pi, noise * math.sqrt(about_y) / cos_x))
 

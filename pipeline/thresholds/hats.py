@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from itertools import groupby
 
 import numpy as np
-from dockpose.compiled import compiled
 from dockpose.pixels.bright import SATURATED
 from dockpose.pixels.flood import LEVELS
 from dockpose.thresholds.histogram import MOST_SHARE, SMOOTHING, Histogram, Threshold
@@ -141,48 +140,26 @@ def _votes(level: int, length: int, mode: int) -> float:
     return math.log((level - mode + DIM_LEVELS) / (level - length - mode + DIM_LEVELS))
 
 
-@compiled
 def background_mode(counts: np.ndarray) -> int:
     """The level that most of the background has: of the darkest part of the picture, as large as lights leave it."""
-    total, so_far, mode = 0, 0, 0
-    for count in counts:
-        total += count
-    for level in range(len(counts)):
-        if counts[level] > counts[mode]:
-            mode = level
-        so_far += counts[level]
-        if so_far >= (1 - LIT_SHARES[-1]) * total:
-            break
-    return mode
+    so_far = counts.cumsum()
+    ends = int(np.searchsorted(so_far, (1 - LIT_SHARES[-1]) * so_far[-1]))
+    return int(counts[: ends + 1].argmax())
 
 
-@compiled
 def background_limit(counts: np.ndarray) -> int:
     """The first level above the background; 256 where everything is background."""
-    total = 0
-    for count in counts:
-        total += count
+    total = int(counts.sum())
     if total == 0:
         return LEVELS
-    ends, brightest, half = LEVELS, 0, len(SMOOTHING) // 2
-    for level in range(background_mode(counts), LEVELS):
-        smooth = 0.0
-        for offset in range(-half, half + 1):
-            if level + offset < LEVELS and level + offset >= 0:
-                smooth += counts[level + offset] * SMOOTHING[half + offset]
-        if smooth <= BACKGROUND_SHARE * total:
-            ends = level
-            break
-    for level in range(LEVELS):
-        if counts[level] > 0:
-            brightest = level
-    saturated = 1.5 * counts[brightest]
+    mode = background_mode(counts)
+    smooth = np.convolve(counts, SMOOTHING, "same")
+    beyond = np.flatnonzero(smooth[mode:] <= BACKGROUND_SHARE * total)
+    ends = mode + int(beyond[0]) if len(beyond) else LEVELS
+    saturated = 1.5 * int(counts[np.flatnonzero(counts)[-1]])
     most = min(MOST_LIT * total, max(ENOUGH_LIT * total, ENOUGH_LIT_PX, saturated))
-    left, above = 0, LEVELS
-    while above > 0 and left + counts[above - 1] <= most:
-        above -= 1
-        left += counts[above]
-    return max(ends, above)
+    lit = np.searchsorted(counts[::-1].cumsum(), most, side="right")  # levels, from the brightest down
+    return max(ends, LEVELS - int(lit))
 
 
 def lit_limit(counts: np.ndarray, share: float) -> int:

@@ -9,7 +9,6 @@ from functools import cached_property
 import cv2
 import numpy as np
 from dockpose.camera.image import to_levels
-from dockpose.compiled import compiled
 from dockpose.pixels.bright import (
     SATURATED,
     BrightPixels,
@@ -229,24 +228,13 @@ def noise_levels(levels: np.ndarray, counted: np.ndarray | None = None) -> float
     rows = rows[:: max(1, len(rows) // 60)]
     if len(rows) == 0 or levels.shape[1] < 2:
         return 0.25
-    # Four counters each: adding to one twice in a row would wait for the first time to be done.
-    counters = np.zeros((4, LEVELS), np.int64)
-    _count_steps(counters, levels, levels if counted is None else counted, counted is not None, rows)
-    counts = counters.sum(axis=0)
+    sampled, both = levels[rows], None
+    if counted is not None:
+        both = counted[rows, 1:] & counted[rows, :-1]
+    counts = _counts(cv2.absdiff(sampled[:, 1:], sampled[:, :-1]), both)
     # Lights and edges are rare; the mean of what is left of a normal distribution's differences is 1.128 sigma.
     quiet = counts[: int(np.searchsorted(counts.cumsum(), 0.98 * counts.sum())) + 1]
     return max(0.25, float(quiet @ np.arange(len(quiet))) / max(quiet.sum(), 1) / 1.128)
-
-
-@compiled
-def _count_steps(
-    counts: np.ndarray, levels: np.ndarray, counted: np.ndarray, is_masked: bool, rows: np.ndarray
-) -> None:
-    """Count (4, 256), by the column, how often neighbours along some rows differ by each number of levels."""
-    for row in rows:
-        for column in range(1, levels.shape[1]):
-            if not is_masked or (counted[row, column] and counted[row, column - 1]):
-                counts[column % 4, abs(np.int64(levels[row, column]) - np.int64(levels[row, column - 1]))] += 1
 
 
 def _counts(levels: np.ndarray, counted: np.ndarray | None) -> np.ndarray:

@@ -11,7 +11,7 @@ from typing import Any
 import numba
 from numba.core import config, event
 from numba.core.caching import IndexDataCacheFile
-from numba.core.runtime import rtsys
+from numba.core.runtime.nrt import rtsys
 
 # Division by zero gives infinity, not an exception; and no C code calls the loops.
 _HOW: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
@@ -87,7 +87,7 @@ def _kept(loop: Callable[..., Any], how: dict[str, Any]) -> Any:
 
 
 def _loaded(cache: Any, signature: Any, context: Any) -> Any:
-    """What was kept of a function, or None. Numba fills its tables first, a tenth of a second, which compiling does too."""
+    """What was kept of a function, or None, without filling numba's tables first, which compiling does by itself."""
     rtsys.initialize(context)
     return cache._load_overload(signature, context)
 

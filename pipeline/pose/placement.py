@@ -48,8 +48,9 @@ def _on_even_ring(
     slots = (points - rolls[:, None]) / step
     nearest = np.rint(slots)
     lights, angles = nearest.astype(int) % count, rolls[:, None] + step * nearest
-    is_each_another = (np.diff(np.sort(lights, axis=1), axis=1) > 0).all(axis=1)
-    fits = is_each_another & (np.abs(slots - nearest) < WITHIN).all(axis=1)
+    sorted_lights = np.sort(lights, axis=1)
+    are_others = (sorted_lights[:, 1:] > sorted_lights[:, :-1]).all(axis=1)
+    fits = are_others & (np.abs(slots - nearest) < WITHIN).all(axis=1)
     for row in np.flatnonzero(~fits) if are_all else ():
         lights[row] = points[row].argsort().argsort()
         rolls[row] = (points[row] - step * lights[row]).mean()

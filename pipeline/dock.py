@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import msgspec
@@ -193,6 +194,16 @@ class Dock(
         if self.entrance is not None and self.lights is None and not self.entrance.is_on_axis:
             raise ValueError("lights is None; an entrance off the dock's axis needs them, for the roll shows by them")
 
+    def with_lights(self, lights: int | None) -> "Dock":
+        """Return this dock with another number of lights; None for an unknown one.
+
+        Raises
+        ------
+        ValueError
+            if the dock's angles or offsets are of another number.
+        """
+        return _with_lights(self, lights)
+
     def _check_angles(self) -> None:
         for index, angle in enumerate(self.angles_deg):
             check_number(f"angles_deg[{index}]", angle)
@@ -233,3 +244,8 @@ class Dock(
         depths = np.full(len(angles), self.lamp_depth_m)
         circle = np.column_stack([self.radius * np.cos(angles), self.radius * np.sin(angles), depths])
         return circle + np.array(self.offsets_m) if self.offsets_m else circle
+
+
+@lru_cache(maxsize=256)  # where a number is unknown each ring is tried with dozens
+def _with_lights(dock: Dock, lights: int | None) -> Dock:
+    return msgspec.structs.replace(dock, lights=lights)

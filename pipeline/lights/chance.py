@@ -29,7 +29,7 @@ LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
 _NUMBERS_OF_WHOLE = 2  # ways in which a number may be unknown: that of the lights in view, or another
 FIRST_POINTS = 40  # the brightest, which are looked at first
 MOST_LIGHTS = 64  # that a dock is expected to have
-NUMBERS = range(4, 25)  # of lights that are tried by their corners where it is not known
+NUMBERS = range(4, 25)  # of lights that are found sooner by their corners than by their ellipse
 
 
 class Near(NamedTuple):
@@ -247,6 +247,15 @@ def squares_apart_px2(
     off, scale_px2 = flat[:, 1] - angles_rad, semi_axes_px[0] * semi_axes_px[1]
     along = np.mod(off - phase_of(off, 1) + np.pi, 2 * np.pi) - np.pi
     return scale_px2 * (along**2).sum(), scale_px2 * (flat[:, 0] ** 2).sum()
+
+
+@compiled
+def log_chances_of_spacings(angles: np.ndarray, numbers: np.ndarray, least_filled: float) -> np.ndarray:
+    """Logarithms (K,) of how often chance would space points at angles (N,) as well as each number of lights."""
+    chances = np.empty(len(numbers))
+    for k in range(len(numbers)):
+        chances[k] = log_chance_of_spacing(angles, numbers[k], least_filled)[0]
+    return chances
 
 
 @compiled

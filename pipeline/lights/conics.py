@@ -10,7 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 from dockpose.compiled import compiled, compiled_bare
-from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, MOST_LIGHTS, log_chance_of_spacing
+from dockpose.lights.chance import (
+    ACCEPTED_AMONG_OTHERS,
+    MOST_LIGHTS,
+    log_chance_of_spacing,
+    log_chances_of_spacings,
+)
 from dockpose.lights.cone import circles_behind
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_OF_AXIS, TOLERANCE_OF_RADIUS, distances
@@ -205,15 +210,14 @@ def _spacings(
             rays = np.column_stack([points_px / focal_px, np.ones(len(points_px))])
             depth = (t @ R[:, 2]) / (rays @ R[:, 2])
             flat = (rays * depth[:, None] - t) @ R[:, :2]
-            angles = np.arctan2(flat[:, 1], flat[:, 0])
-            for sides in numbers:
+            angles, each = np.arctan2(flat[:, 1], flat[:, 0]), np.array(numbers)
+            for sides in each[log_chances_of_spacings(angles, each, filled) < most].tolist():
                 chance, corner_of, _ = log_chance_of_spacing(angles, sides, filled)
-                if chance < most:
-                    roll_rad = phase_of(angles, sides)
-                    off = np.hypot(*(flat - regular(sides, roll_rad)[corner_of]).T)
-                    cos, sin = math.cos(roll_rad), math.sin(roll_rad)
-                    turned = R @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-                    found.append(_Spacing(chance, sides, focal_px, corner_of, turned, t, off))
+                roll_rad = phase_of(angles, sides)
+                off = np.hypot(*(flat - regular(sides, roll_rad)[corner_of]).T)
+                cos, sin = math.cos(roll_rad), math.sin(roll_rad)
+                turned = R @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+                found.append(_Spacing(chance, sides, focal_px, corner_of, turned, t, off))
     return found
 
 

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
@@ -28,7 +27,7 @@ def choose_with_number(
     """
     choices, logs = [], []
     for number in range(count, _MOST_TIMES * count + 1):
-        one = choose(msgspec.structs.replace(dock, lights=number))
+        one = choose(dock.with_lights(number))
         if one is None:
             continue
         pose = one.candidates[0]

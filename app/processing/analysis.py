@@ -117,9 +117,9 @@ class Analysis:
 def analyse(view: View, last: Analysis | None = None) -> Analysis:
     """Render a stale view, run the pipeline, and choose by hand; ``last`` saves work on the same picture."""
     view = rendered(view)
-    like = last.estimate if last is not None and last.view.image is view.image else None
+    previous = last.estimate if last is not None and last.view.image is view.image else None
     lights = {} if view.set_lights is None else msgspec.structs.asdict(view.set_lights)
-    found = estimate(view.image, view.camera, view.dock, view.settings, like=like, **lights)
+    found = estimate(view.image, view.camera, view.dock, view.settings, previous=previous, **lights)
     return Analysis(view, chosen_by_hand(found, view.by_hand))
 
 

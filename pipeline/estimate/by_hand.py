@@ -13,7 +13,7 @@ from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
 from dockpose.pose.choice import Choice
-from dockpose.pose.detection import found_in_words, is_spaced_as, judged
+from dockpose.pose.detection import accept_pose, found_in_words, is_spaced_as
 from dockpose.pose.few_lights import FEWEST
 from dockpose.pose.solve import find_poses
 from dockpose.settings import Settings
@@ -64,7 +64,7 @@ def judge_set(
         raise InputError(f"{lights}; the dock has {dock.lights}")
     alone = Ring(np.ones(count, dtype=bool), ring.reason, lights=ring.lights)
     try:
-        ellipse, choice, _, reason = judged(alone, markers, camera, dock, picture.area_px2)
+        ellipse, choice, _, reason = accept_pose(alone, markers, camera, dock, picture.area_px2)
     except NoEllipseError as error:
         return "no_ellipse", f"{lights}; no ellipse: {error}.", stages
     choice = weighed_by_extra_lights(choice, alone, markers, picture, camera, dock)

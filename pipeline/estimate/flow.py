@@ -42,7 +42,7 @@ def estimate(
     settings: Settings | None = None,
     *,
     fall_back: bool = True,
-    like: Estimate | None = None,
+    previous: Estimate | None = None,
     lights_px: ArrayLike | None = None,
     snap: ArrayLike = False,
 ) -> Estimate:
@@ -64,7 +64,7 @@ def estimate(
     fall_back : bool
         Let hats give each light a level of its own where no single level shows the ring. A comparison of the
         methods wants each as it is.
-    like : Estimate or None
+    previous : Estimate or None
         An estimate of this very picture, as with another camera or dock. Where settings and tone curve are the same
         and it was searched, its threshold and its groups are taken over, which saves most of the time.
     lights_px : (N, 2) array_like, optional
@@ -105,7 +105,7 @@ def estimate(
     whole: np.ndarray = np.asarray(image)
     is_masked = type(image) is not np.ndarray and np.ma.is_masked(image)
     hidden: np.ndarray | None = np.asarray(np.ma.getmaskarray(image)) if is_masked else None
-    picture = picture_in(whole, camera, settings, hidden=hidden, like=like)
+    picture = picture_in(whole, camera, settings, hidden=hidden, previous=previous)
     height, width = whole.shape[:2]
     scaled = camera.for_size(width, height)
     counted = picture.histogram.counted
@@ -144,10 +144,10 @@ def picture_in(
     camera: Camera,
     settings: Settings,
     region: Region | None = None,
-    in_white: bool = False,
+    min_channel: bool = False,
     *,
     hidden: np.ndarray | None = None,
-    like: Estimate | None = None,
+    previous: Estimate | None = None,
 ) -> Picture:
     """Return what is looked at of a picture: a region of it or all, in grey or in the darkest of its colours."""
     image, part = whole, None
@@ -156,17 +156,21 @@ def picture_in(
         image, hidden = crop(whole, part), None if hidden is None else crop(hidden, part)
     # Compiled code is for arrays without gaps that may be written to, and would be compiled anew for others.
     image = as_picture(image)
-    grey = darkest_channel(image) if in_white else None
+    grey = darkest_channel(image) if min_channel else None
     grey = np.require(to_grey(image) if grey is None else grey, requirements=["C", "W"])
     part = part or part_of(None, *grey.shape[::-1])
     height, width = whole.shape[:2]
     if hidden is not None:
         hidden = np.atleast_2d(hidden.reshape(*grey.shape, -1).any(axis=2))
     grey, counted = hide(grey, masks_within(settings.masks, part), hidden)
-    if like is not None and (like.settings, like.camera.tone, like.found_by) != (settings, camera.tone, "search"):
-        like = None
+    if previous is not None and (previous.settings, previous.camera.tone, previous.found_by) != (
+        settings,
+        camera.tone,
+        "search",
+    ):
+        previous = None
     grey = without_defects(grey)
-    return Picture(image, grey, histogram_of(grey, counted), part, width, height, like, camera.tone)
+    return Picture(image, grey, histogram_of(grey, counted), part, width, height, previous, camera.tone)
 
 
 def notes_on(camera: Camera, scaled: Camera) -> str:

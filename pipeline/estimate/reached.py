@@ -38,7 +38,7 @@ class Stages:
     detection: float | None = None
     elapsed_ms: float = 0.0
     found_by: str = "search"
-    in_white: bool = False
+    min_channel: bool = False
     by_hand: ByHand | None = None
     picture: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
 

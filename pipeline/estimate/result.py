@@ -45,7 +45,7 @@ class Estimate(Stages):
     found_by : {"search", "following", "hand"}
         Whether the picture was searched, or measured where the lights must be by the frame before, or somebody set
         them.
-    in_white : bool
+    min_channel : bool
         Whether the lights show in the darkest of the colour channels rather than in grey.
     by_hand : ByHand or None
         The lights that somebody has set in this picture.

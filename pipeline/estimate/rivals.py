@@ -6,7 +6,7 @@ from dataclasses import replace
 from dockpose.estimate.result import Estimate
 from dockpose.lights.ellipse import NoEllipseError
 from dockpose.lights.ring import Ring
-from dockpose.pose.detection import detection_of, found_in_words, judged
+from dockpose.pose.detection import accept_pose, detection_of, found_in_words
 
 
 def rings_of(found: Estimate) -> Iterator[Estimate]:
@@ -21,7 +21,7 @@ def rings_of(found: Estimate) -> Iterator[Estimate]:
     for number, on_ring in enumerate(ring.rivals, 1):
         other = Ring(on_ring, ring.reason, rivals=every[:number] + every[number + 1 :], alike=ring.alike)
         try:
-            ellipse, choice, log_chance, reason = judged(other, markers, camera, dock, area_px2)
+            ellipse, choice, log_chance, reason = accept_pose(other, markers, camera, dock, area_px2)
         except NoEllipseError:
             continue
         if reason is None:

@@ -10,8 +10,8 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.camera.image import darkest_channel
 from dockpose.dock import Dock
-from dockpose.estimate.found import EXACT_OF_AXIS, LITTLE_CHANCE, NO_CHANCE, Found
-from dockpose.estimate.stages import Picture, look
+from dockpose.estimate.attempt import EXACT_OF_AXIS, LITTLE_CHANCE, NO_CHANCE, Attempt
+from dockpose.estimate.stages import Picture, detect_once
 from dockpose.lights.chance import FIRST_POINTS
 from dockpose.lights.ellipse import MIN_POINTS
 from dockpose.lights.growing import TOLERANCE_OF_AXIS
@@ -22,34 +22,36 @@ from dockpose.thresholds.outlines import by_outlines
 from dockpose.thresholds.scales import at_scales
 
 _CLEAR = 3  # looks in which rings are sought that hands have built
-_IN_WHITE = " It shows where the picture is white, in the darkest of its colour channels."
+_OWN = " No one level shows the ring; each light was given its own."
+_OWN_BETTER = " By a level for each light the ring is surer than by one level for all."
+_MIN_CHANNEL = " It shows where the picture is white, in the darkest of its colour channels."
 
 
 def search(
     picture: Picture, camera: Camera, dock: Dock, settings: Settings, fall_back: bool
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages that were reached. Raises MethodError where the threshold's method fails."""
-    threshold = None if picture.like is None else picture.like.threshold
+    threshold = None if picture.previous is None else picture.previous.threshold
     if threshold is None or threshold.method != settings.method:  # as that of the lights one by one
         threshold = METHODS[settings.method](picture.histogram, settings.min_area_px, settings.level)
-    first = look(threshold, picture, camera, dock, settings)
+    first = detect_once(threshold, picture, camera, dock, settings)
     if settings.method != "hats" or not fall_back or first.is_exact():
         return first.status, first.message, first.stages
     best = _search_by_light(first, picture, camera, dock, settings)
     white = False
-    own = "" if best is first or best.status != "ok" else " No one level shows the ring; each light was given its own."
-    if best.names_another_number:
+    own = "" if best is first or best.status != "ok" else _OWN_BETTER if first.status == "ok" else _OWN
+    if best.suggests_count:
         return best.status, best.message, best.stages
     if best.status != "ok" or best.stages["ring"].focal_px is not None:
         second = _search_in_white(picture, camera, dock, settings)
         if second is not None and second.rank() > best.rank():
-            best, own, white = second, _IN_WHITE, True
+            best, own, white = second, _MIN_CHANNEL, True
     if best.status != "ok":
-        best = max([best, *_faint(picture, camera, dock, settings)], key=Found.rank)
-    return best.status, best.message + own, best.stages | {"in_white": white}
+        best = max([best, *_faint(picture, camera, dock, settings)], key=Attempt.rank)
+    return best.status, best.message + own, best.stages | {"min_channel": white}
 
 
-def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Found | None:
+def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Attempt | None:
     """What the darkest channel shows, as a sure ring or not at all; None of a picture without colours."""
     grey = darkest_channel(picture.image)
     if grey is None:
@@ -57,55 +59,57 @@ def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Set
     counted = picture.histogram.counted
     if counted is not None:
         grey[counted == 0] = 0
-    white = replace(picture, grey=grey, histogram=histogram_of(grey, counted), like=None, in_white=True)
+    white = replace(picture, grey=grey, histogram=histogram_of(grey, counted), previous=None, min_channel=True)
     threshold = METHODS[settings.method](white.histogram, settings.min_area_px, settings.level)
-    found = look(threshold, white, camera, dock, settings)
+    found = detect_once(threshold, white, camera, dock, settings)
     if not found.is_exact():
         found = _search_by_light(found, white, camera, dock, settings)
     return found if found.status == "ok" and found.log_chance < LITTLE_CHANCE else None
 
 
-def _faint(picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Iterator[Found]:
+def _faint(picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Iterator[Attempt]:
     """Rings beyond chance of lights that hardly stand out of the noise, at each scale."""
     kind = "of many" if dock.lights is None else "exact"
     for scale in at_scales(picture.histogram, settings.min_area_px, faint=True):
-        found = look(scale, picture, camera, dock, settings, kind)
+        found = detect_once(scale, picture, camera, dock, settings, kind)
         if found.status == "ok" and found.log_chance < NO_CHANCE:
             yield found
 
 
-def _search_by_light(first: Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Found:
+def _search_by_light(first: Attempt, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Attempt:
     """The best of what one level shows, and of what each light's own level, each scale and each outline do."""
     best, looks = first, [first]
     for other, least in _other_looks(picture, settings, dock, looks):
         # Of an unknown number, any few points of some scale make some ring.
         kind = "exact" if dock.lights is not None or least == math.inf else "of many"
-        found = look(other, picture, camera, dock, settings, kind, looks)
+        found = detect_once(other, picture, camera, dock, settings, kind, looks)
         looks.append(found)
         may_be_it = found.status != "ok" or found.log_chance < least
         if may_be_it and not best.has_better_centres_than(found):  # a builder's errors are no reason for a blurred look
-            best = max(best, found, key=Found.rank)
+            best = max(best, found, key=Attempt.rank)
         if best.is_exact(EXACT_OF_AXIS):
             break
     clear = [] if best.is_exact(EXACT_OF_AXIS) else list(_clear(looks))
     # A ring of another number shows in any channel, and has no light near each of the dock's places.
-    is_asked = bool(clear) and not picture.in_white and not (best.rank()[2] and best.is_exact(TOLERANCE_OF_AXIS))
+    is_asked = bool(clear) and not picture.min_channel and not (best.rank()[2] and best.is_exact(TOLERANCE_OF_AXIS))
     other = _of_another_number(clear[0], picture, camera, dock, settings) if is_asked else None
     if other is not None and other.log_chance < best.log_chance:
         return other
     # Of a ring that hands have built, few lights happen to be in their places; all of them together are less by chance.
-    begun = clear if best.status != "ok" else _clear([best]) if best.leaves_lights else ()
-    made = [look(one, picture, camera, dock, settings, "handmade") for one in begun]
+    begun = clear if best.status != "ok" else _clear([best]) if best.has_unexplained_groups else ()
+    made = [detect_once(one, picture, camera, dock, settings, "handmade") for one in begun]
     likelier = [one for one in made if best.status != "ok" or one.log_chance < best.log_chance]
-    return max([best, *likelier], key=Found.rank)
+    return max([best, *likelier], key=Attempt.rank)
 
 
-def _of_another_number(clear: Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Found | None:
+def _of_another_number(
+    clear: Attempt, picture: Picture, camera: Camera, dock: Dock, settings: Settings
+) -> Attempt | None:
     """A whole ring of even lights, beyond chance, of another number than the dock's; None where there is none."""
     if dock.lights is None or dock.angles_deg or dock.offsets_m:
         return None
     free = msgspec.structs.replace(dock, lights=None)
-    found = look(clear, picture, camera, free, settings, "whole")
+    found = detect_once(clear, picture, camera, free, settings, "whole")
     if found.status != "ok" or found.log_chance >= NO_CHANCE:
         return None
     ring: Ring = found.stages["ring"]
@@ -113,14 +117,14 @@ def _of_another_number(clear: Found, picture: Picture, camera: Camera, dock: Doc
         return None
     seen = f"{ring.lights} evenly spaced lights are in view; the dock has {dock.lights}: is that right?"
     stages = found.stages | {"ring": Ring(np.zeros_like(ring.on_ring), seen, lights=ring.lights)}
-    return Found(
+    return Attempt(
         "not_a_ring", seen, {name: stages[name] for name in ("threshold", "markers", "ring")}, found.log_chance
     )
 
 
-def _clear(looks: Sequence[Found]) -> Iterator[Found]:
+def _clear(looks: Sequence[Attempt]) -> Iterator[Attempt]:
     """The first looks that show so few groups that these may be a dock's lights, each of others."""
-    clear: list[Found] = []
+    clear: list[Attempt] = []
     for one in looks:
         markers = one.stages.get("markers")
         if markers is None or len(clear) == _CLEAR or not MIN_POINTS <= len(markers) <= FIRST_POINTS:
@@ -131,7 +135,7 @@ def _clear(looks: Sequence[Found]) -> Iterator[Found]:
 
 
 def _other_looks(
-    picture: Picture, settings: Settings, dock: Dock, looks: Sequence[Found]
+    picture: Picture, settings: Settings, dock: Dock, looks: Sequence[Attempt]
 ) -> Iterator[tuple[Threshold, float]]:
     """Thresholds but that of one level, and log of the chance above which a ring of each is none; ``looks`` grow.
 
@@ -146,7 +150,7 @@ def _other_looks(
     is_sure = any(one.status == "ok" and one.log_chance < LITTLE_CHANCE for one in looks)
     if (
         dock.lights is not None
-        and not picture.in_white
+        and not picture.min_channel
         and not is_sure
         and any(one.status != "no_lights" for one in looks)
     ):

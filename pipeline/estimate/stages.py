@@ -12,7 +12,7 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.camera.tone import linear, linear_level
 from dockpose.dock import Dock
-from dockpose.estimate.found import Found
+from dockpose.estimate.attempt import Attempt
 from dockpose.estimate.result import Estimate
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError
 from dockpose.lights.markers import Markers, find_markers, with_fitted_centres
@@ -20,7 +20,7 @@ from dockpose.lights.region import ring_in
 from dockpose.lights.ring import Kind, Ring
 from dockpose.pixels.bright import SATURATED
 from dockpose.pose.choice import Choice
-from dockpose.pose.detection import detection_of, evenly_spaced_part, few_in_words, found_in_words, judged
+from dockpose.pose.detection import accept_pose, detection_of, evenly_spaced_part, few_in_words, found_in_words
 from dockpose.pose.extra import with_extra_lights
 from dockpose.pose.strokes import reason_not_lamps
 from dockpose.settings import Settings
@@ -41,9 +41,9 @@ class Picture:
     part: tuple[int, int, int, int]  # left, top, right and bottom of it
     width: int  # of the whole picture, in pixels
     height: int
-    like: Estimate | None  # another estimate of it, whose threshold and groups hold here
+    previous: Estimate | None  # another estimate of it, whose threshold and groups hold here
     tone: str | float  # curve of the camera
-    in_white: bool = False  # whether ``grey`` is the darkest of the colour channels
+    min_channel: bool = False  # whether ``grey`` is the darkest of the colour channels
 
     @property
     def area_px2(self) -> float:
@@ -57,23 +57,23 @@ class Picture:
         return linear(self.grey, step, self.tone), linear_level(SATURATED, step, self.tone)
 
 
-def look(
-    seen: Threshold | Found,
+def detect_once(
+    seen: Threshold | Attempt,
     picture: Picture,
     camera: Camera,
     dock: Dock,
     settings: Settings,
     kind: Kind = "exact",
-    earlier: Sequence[Found] = (),
-) -> Found:
+    earlier: Sequence[Attempt] = (),
+) -> Attempt:
     """What is found from a threshold on, or from the groups of an earlier look, of rings of a kind.
 
     Of groups in which one of the looks that came before it, ``earlier``, found no ring, there is none.
     """
     status, message, stages = _find_lights(picture, seen, camera, dock, settings, kind, earlier)
     if status != "ok":
-        return Found(status, message, stages)
-    return Found(*judge_ring(picture, camera, dock, stages))
+        return Attempt(status, message, stages)
+    return Attempt(*judge_ring(picture, camera, dock, stages))
 
 
 def judge_ring(
@@ -84,14 +84,14 @@ def judge_ring(
     if ring.focal_px is None and ring.lights and ring.on_ring.sum() < MIN_POINTS:
         dock = msgspec.structs.replace(dock, lights=ring.lights)
     try:
-        ellipse, choice, log_chance, reason = _judged(ring, picture, stages["markers"], camera, dock)
+        ellipse, choice, log_chance, reason = _accepted(ring, picture, stages["markers"], camera, dock)
         part = None
         if choice.lights is None and choice.focal_px is None:
             known = msgspec.structs.replace(dock, lights=dock.lights or ring.lights)
             part = evenly_spaced_part(ring, stages["markers"], choice, camera, known)
         if part is not None:
             ring = part
-            ellipse, choice, log_chance, reason = _judged(ring, picture, stages["markers"], camera, dock)
+            ellipse, choice, log_chance, reason = _accepted(ring, picture, stages["markers"], camera, dock)
         if choice.number is not None:
             ring = replace(ring, lights=choice.number)
         stages["ring"] = ring
@@ -120,22 +120,22 @@ def weighed_by_extra_lights(
 
 def _find_lights(
     picture: Picture,
-    seen: Threshold | Found,
+    seen: Threshold | Attempt,
     camera: Camera,
     dock: Dock,
     settings: Settings,
     kind: Kind,
-    earlier: Sequence[Found],
+    earlier: Sequence[Attempt],
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages from the threshold to the ring."""
-    like, ring = picture.like, None
-    threshold: Threshold = seen.stages["threshold"] if isinstance(seen, Found) else seen
-    if isinstance(seen, Found):
+    previous, ring = picture.previous, None
+    threshold: Threshold = seen.stages["threshold"] if isinstance(seen, Attempt) else seen
+    if isinstance(seen, Attempt):
         markers: Markers = seen.stages["markers"].unfitted
         stages: dict[str, Any] = {"threshold": threshold, "markers": markers}
-    elif like is not None and like.markers is not None and threshold is like.threshold:
-        ring = _ring_of(like, camera, dock)
-        markers = like.markers.unfitted if ring is None else like.markers
+    elif previous is not None and previous.markers is not None and threshold is previous.threshold:
+        ring = _ring_of(previous, camera, dock)
+        markers = previous.markers.unfitted if ring is None else previous.markers
         stages = {"threshold": threshold, "markers": markers}
     else:
         stages = {"threshold": threshold}
@@ -174,19 +174,19 @@ def _find_lights(
     return "ok", "", stages
 
 
-def _ring_of(like: Estimate, camera: Camera, dock: Dock) -> Ring | None:
+def _ring_of(previous: Estimate, camera: Camera, dock: Dock) -> Ring | None:
     """The ring of another estimate, if it is that of this camera and dock too, whatever the dock's diameter."""
-    return like.ring if like.camera == camera and _LIGHTS_OF(like.dock) == _LIGHTS_OF(dock) else None
+    return previous.ring if previous.camera == camera and _LIGHTS_OF(previous.dock) == _LIGHTS_OF(dock) else None
 
 
-def _judged(
+def _accepted(
     ring: Ring, picture: Picture, markers: Markers, camera: Camera, dock: Dock
 ) -> tuple[Ellipse, Choice, float, str | None]:
     """Ellipse, poses, log of the chance and why a ring is no dock."""
-    ellipse, choice, log_chance, reason = judged(ring, markers, camera, dock, picture.area_px2)
+    ellipse, choice, log_chance, reason = accept_pose(ring, markers, camera, dock, picture.area_px2)
     pose = choice.candidates[choice.selected]
     # Of another diameter the same lights were looked at before.
-    is_known = picture.like is not None and picture.like.status == "ok" and ring is picture.like.ring
+    is_known = picture.previous is not None and picture.previous.status == "ok" and ring is picture.previous.ring
     if reason is None and not is_known:
         reason = reason_not_lamps(picture.light[0], picture.part[:2], ring, markers, pose, camera, dock)
     return ellipse, choice, log_chance, reason

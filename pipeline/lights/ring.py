@@ -121,8 +121,8 @@ def find_ring(
         return whole or Ring(nothing, trouble, rivals=(_mask(count, best),))
     rivals = tuple(_mask(count, other) for other in _apart_from(best, found))
     on_ring = _mask(count, exact)
-    told_px = exact.polygon.focal_px
-    other_px = None if told_px == focal_px else told_px
+    inferred_focal_px = exact.polygon.focal_px
+    other_px = None if inferred_focal_px == focal_px else inferred_focal_px
     return Ring(on_ring, _reason(on_ring, len(rivals)), None, exact.sides, rivals, alike, other_px)
 
 

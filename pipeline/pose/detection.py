@@ -33,7 +33,7 @@ from dockpose.pose.solve import find_poses
 from dockpose.pose.strokes import on_plane
 
 
-def judged(
+def accept_pose(
     ring: Ring, markers: Markers, camera: Camera, dock: Dock, area_px2: float
 ) -> tuple[Ellipse, Choice, float, str | None]:
     """Return a ring's ellipse, poses, log of its chance, and why it is no dock; NoEllipseError where it has no pose."""

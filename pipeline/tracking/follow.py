@@ -53,7 +53,7 @@ def follow(image: np.ndarray, last: Sighting, camera: Camera, time_s: float | No
     if min(right, width) - max(left, 0) < 8 or min(bottom, height) - max(top, 0) < 8:
         return "the dock has left the picture"
     picture = picture_in(
-        image, last.found.camera, settings, (left, top, right - left, bottom - top), last.found.in_white
+        image, last.found.camera, settings, (left, top, right - left, bottom - top), last.found.min_channel
     )
     light, corner = blurred(picture.light[0], last.blur_px), np.array(picture.part[:2])
     ring = last.of_ring == 0

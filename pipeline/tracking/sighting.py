@@ -66,7 +66,7 @@ def begin(found: Estimate, image: np.ndarray, time_s: float | None) -> Sighting 
         return None
     points_px, boxes = markers.points_px[members], markers.boxes_px[members]
     sizes, areas = (boxes[:, 2:] - boxes[:, :2] + 1).astype(float), markers.areas_px[members].astype(float)
-    picture = picture_in(image, found.camera, found.settings, in_white=found.in_white)
+    picture = picture_in(image, found.camera, found.settings, min_channel=found.min_channel)
     sides = sizes.max(axis=1)
     light = picture.light[0]
     spots = _spots_of(light, points_px, sides)

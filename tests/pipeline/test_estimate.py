@@ -267,9 +267,9 @@ def test_pixels_that_numpy_masks_are_not_looked_at():
 def test_what_another_estimate_found_in_the_picture_is_taken_over_unchanged(method, camera, dock):
     settings = Settings(method=method)
     image = render(random_scene(3))[0]
-    like = estimate(image, CAMERA, DOCK, settings)
-    anew, taken_over = (estimate(image, camera, dock, settings, like=one) for one in (None, like))
+    previous = estimate(image, CAMERA, DOCK, settings)
+    anew, taken_over = (estimate(image, camera, dock, settings, previous=one) for one in (None, previous))
     assert anew.to_dict() | {"elapsed_ms": 0} == taken_over.to_dict() | {"elapsed_ms": 0}
-    assert taken_over.markers.areas_px is like.markers.areas_px
-    other = estimate(image, camera, dock, Settings(method=method, min_area_px=9), like=like)
-    assert other.markers.areas_px is not like.markers.areas_px
+    assert taken_over.markers.areas_px is previous.markers.areas_px
+    other = estimate(image, camera, dock, Settings(method=method, min_area_px=9), previous=previous)
+    assert other.markers.areas_px is not previous.markers.areas_px

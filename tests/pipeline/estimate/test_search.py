@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock, Estimate, estimate
 from dockpose.estimate import search
-from dockpose.estimate.found import Found
+from dockpose.estimate.attempt import Attempt
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
@@ -13,7 +13,7 @@ from dockpose.pose.circle import CirclePose
 ANGLES = np.radians([0, 62, 117, 183, 240, 297])
 
 
-def look(off_px=0.0, sigma_px: float | None = 0.1, count=6, log_chance=-10.0):
+def detect_once(off_px=0.0, sigma_px: float | None = 0.1, count=6, log_chance=-10.0):
     """Six lights of 100 pixels on a circle of 80, the second farther from its middle by so much, and known so well."""
     radii = np.full(6, 80.0)
     radii[1] += off_px
@@ -25,26 +25,26 @@ def look(off_px=0.0, sigma_px: float | None = 0.1, count=6, log_chance=-10.0):
     shown = np.full(count, 100)
     markers = Markers(points, shown, shown, covariances_px2=covariances)
     stages = {"markers": markers, "ring": Ring(np.ones(count, dtype=bool), ""), "ellipse": fit_ellipse(points)}
-    return Found("ok", "", stages, log_chance)
+    return Attempt("ok", "", stages, log_chance)
 
 
 @pytest.mark.parametrize(
     ("other", "better"),
     [
-        (look(4.0, 3.0), True),  # moved within the light, and worse known
-        (look(4.0, None), True),  # and nothing known of it
-        (look(4.0, 0.1), False),  # as well known
-        (look(7.0, 3.0), False),  # another light: 100 pixels reach 5.6 px
-        (look(0.0, 3.0, count=5), False),  # not all of them
-        (Found("not_a_ring", "", {}), False),
+        (detect_once(4.0, 3.0), True),  # moved within the light, and worse known
+        (detect_once(4.0, None), True),  # and nothing known of it
+        (detect_once(4.0, 0.1), False),  # as well known
+        (detect_once(7.0, 3.0), False),  # another light: 100 pixels reach 5.6 px
+        (detect_once(0.0, 3.0, count=5), False),  # not all of them
+        (Attempt("not_a_ring", "", {}), False),
     ],
 )
 def test_centres_that_are_worse_known_are_no_better_for_being_nearer_to_even(other, better):
-    assert look().has_better_centres_than(other) == better
+    assert detect_once().has_better_centres_than(other) == better
 
 
 def test_a_look_with_a_light_off_the_rim_does_not_hold_out_against_one_with_all_on_it():
-    assert not look(4.0, 0.1).has_better_centres_than(look(0.0, 3.0))
+    assert not detect_once(4.0, 0.1).has_better_centres_than(detect_once(0.0, 3.0))
 
 
 @pytest.mark.parametrize(
@@ -56,15 +56,15 @@ def test_a_look_with_a_light_off_the_rim_does_not_hold_out_against_one_with_all_
     ],
 )
 def test_a_ring_that_lacks_lights_leaves_those_along_its_rim(lights, beside, leaves):
-    found = look()
+    found = detect_once()
     points = np.vstack([found.stages["markers"].points_px, [beside]])
     on_ring = np.array([True] * 6 + [False])
     shown = np.full(7, 100)
     markers = Markers(points, shown, shown, cut=np.zeros(7, dtype=bool))
     ring = Ring(on_ring, "", lights=lights)
-    assert Found("ok", "", found.stages | {"markers": markers, "ring": ring}).leaves_lights == leaves
+    assert Attempt("ok", "", found.stages | {"markers": markers, "ring": ring}).has_unexplained_groups == leaves
     cut = Markers(points, shown, shown, cut=~on_ring)
-    assert not Found("ok", "", found.stages | {"markers": cut, "ring": ring}).leaves_lights
+    assert not Attempt("ok", "", found.stages | {"markers": cut, "ring": ring}).has_unexplained_groups
 
 
 @pytest.mark.parametrize(
@@ -74,8 +74,8 @@ def test_a_ring_that_lacks_lights_leaves_those_along_its_rim(lights, beside, lea
 def test_a_ring_is_exact_where_nearly_all_lights_are_in_their_places(rms_px, lights, log_chance, is_exact):
     pose = CirclePose(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]), np.zeros(2), rms_px=rms_px)
     ring = Ring(np.ones(6, dtype=bool), "", lights=lights)
-    stages = look().stages | {"choice": Choice((pose, pose), 0, "spacing", None), "ring": ring}
-    assert Found("ok", "", stages, log_chance).is_exact() == is_exact
+    stages = detect_once().stages | {"choice": Choice((pose, pose), 0, "spacing", None), "ring": ring}
+    assert Attempt("ok", "", stages, log_chance).is_exact() == is_exact
 
 
 @pytest.mark.parametrize(
@@ -93,16 +93,16 @@ def test_a_ring_is_exact_where_nearly_all_lights_are_in_their_places(rms_px, lig
 def test_four_lights_are_sure_where_more_would_have_to_be_surer(lit, lights, log_chance, is_exact):
     pose = CirclePose(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]), np.zeros(2), rms_px=0.1)
     ring = Ring(np.arange(6) < lit, "", lights=lights)
-    stages = look().stages | {"choice": Choice((pose, pose), 0, "spacing", None), "ring": ring}
-    assert Found("ok", "", stages, log_chance).is_exact() == is_exact
+    stages = detect_once().stages | {"choice": Choice((pose, pose), 0, "spacing", None), "ring": ring}
+    assert Attempt("ok", "", stages, log_chance).is_exact() == is_exact
 
 
 def test_looks_are_ranked_by_rings_of_five_then_any_then_all_of_the_lights_then_chance():
     def seen(lit, lights, status, log_chance=-1.0):
-        return Found(status, "", {"ring": Ring(np.arange(8) < lit, "", lights=lights)}, log_chance)
+        return Attempt(status, "", {"ring": Ring(np.arange(8) < lit, "", lights=lights)}, log_chance)
 
     worst_first = [
-        Found("no_lights", "", {}),
+        Attempt("no_lights", "", {}),
         seen(7, 8, "not_a_ring", -50.0),
         seen(8, 8, "not_a_ring", -1.0),  # all of them, if not where they should be
         seen(4, 8, "ok", -50.0),
@@ -110,7 +110,7 @@ def test_looks_are_ranked_by_rings_of_five_then_any_then_all_of_the_lights_then_
         seen(7, 8, "ok", -30.0),
         seen(8, 8, "ok", -2.0),
     ]
-    assert sorted(reversed(worst_first), key=Found.rank) == worst_first
+    assert sorted(reversed(worst_first), key=Attempt.rank) == worst_first
 
 
 def drawn(lights: int, told: int, off: float = 0.0, seed: int = 0) -> Estimate:

@@ -5,7 +5,7 @@ from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
 from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose, rotation_from_angles
-from dockpose.pose.detection import detection_of, evenly_spaced_part, judged, why_no_dock
+from dockpose.pose.detection import accept_pose, detection_of, evenly_spaced_part, why_no_dock
 from dockpose.pose.number import odds_of_lit
 from dockpose.pose.solve import find_poses
 from msgspec.structs import replace
@@ -88,7 +88,7 @@ def test_a_number_that_another_focal_length_would_change_is_not_taken_for_told()
     other = replace(CAMERA, fx=0.6 * CAMERA.fx, fy=0.6 * CAMERA.fy)
     ring = Ring(np.ones(23, dtype=bool), "", lights=23)
     assert find_poses(points_px, other, Dock(0.30))[1].number == 23
-    _, choice, _, reason = judged(ring, markers, other, Dock(0.30), float(CAMERA.width * CAMERA.height))
+    _, choice, _, reason = accept_pose(ring, markers, other, Dock(0.30), float(CAMERA.width * CAMERA.height))
     assert reason is None
     assert (choice.number, choice.focal_px) == (24, pytest.approx(CAMERA.fx, rel=0.05))
 

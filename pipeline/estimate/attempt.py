@@ -21,7 +21,7 @@ LITTLE_CHANCE = math.log(ACCEPTED_AMONG_OTHERS / 10)
 
 
 @dataclass(frozen=True)
-class Found:
+class Attempt:
     """How far the search came with one threshold."""
 
     status: str
@@ -44,13 +44,13 @@ class Found:
         return complete and rms_px <= max(_EXACT_PX, of_axis * ellipse.semi_axes_px[0])
 
     @property
-    def names_another_number(self) -> bool:
+    def suggests_count(self) -> bool:
         """Whether there is a whole ring of another number of lights than the dock has."""
         ring = self.stages.get("ring")
         return self.status != "ok" and ring is not None and not ring.found and ring.lights is not None
 
     @property
-    def leaves_lights(self) -> bool:
+    def has_unexplained_groups(self) -> bool:
         """Whether the ring lacks lights, and groups that are none of them lie along its rim."""
         if self.status != "ok":
             return False
@@ -67,7 +67,7 @@ class Found:
             return False
         return float(distances(markers.points_px, own.points_px).min(axis=1).max()) < LEAST_PX
 
-    def has_better_centres_than(self, other: "Found") -> bool:
+    def has_better_centres_than(self, other: "Attempt") -> bool:
         """Whether another look has these lights, worse known, no nearer to an ellipse: if more even, then by luck."""
         if self.status != "ok" or other.status != "ok":
             return False

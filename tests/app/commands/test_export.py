@@ -207,6 +207,6 @@ def test_the_command_line_exports_and_replays(folder, tmp_path, capfd, refusal):
         assert refusal(*bad)
 
 
-@pytest.mark.parametrize("option", [["--min-area", "9"], ["--level", "0"], ["--mask", "1,2,3,4"]])
+@pytest.mark.parametrize("option", [["--min-area", "9"], ["--level", "0"], ["--mask", "1,2,3,4"], ["--at-frame", "3"]])
 def test_what_a_session_has_of_its_own_is_not_overruled_in_silence(folder, refusal, option):
     assert f"{option[0]} does not go with --session" in refusal("estimate", "--session", str(folder), *option)

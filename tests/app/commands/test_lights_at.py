@@ -78,10 +78,6 @@ def test_what_does_not_go_with_lights_is_said(clicked, refusal, words, why):
     assert why in refusal("estimate", *words)
 
 
-def test_a_session_has_frames_of_its_own(tank, refusal):
-    assert "--at-frame does not go with --session" in refusal("estimate", "--session", ".", "--at-frame", "3")
-
-
 def test_results_say_that_nothing_checks_the_lights(clicked, capfd):
     assert main(["estimate", PLAIN, "--lights-at", "lights.csv"]) == 0
     assert "The lights were set by hand: nothing checks that they are a dock." in capfd.readouterr().out

@@ -113,7 +113,7 @@ def test_all_packages_are_installed():
 
 
 def test_each_dependency_is_imported_somewhere():
-    modules = {"opencv-python-headless": "cv2", "pyyaml": "yaml", "pillow": "PIL"}
+    modules = {"opencv-python-headless": "cv2", "scikit-image": "skimage", "pyyaml": "yaml", "pillow": "PIL"}
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"]
     needs = [*project["dependencies"], *extras["cluster"], *extras["ros"], *extras["mavlink"]]

@@ -19,7 +19,7 @@ from dockpose.text import one_line
 
 EXIT_BROKEN = 1
 OK, WARNING, BROKEN = "ok", "warning", "broken"
-_NEEDED = ("dockpose", "numpy", "scipy", "numba", "av", "viser", "msgspec", "matplotlib")
+_NEEDED = ("dockpose", "numpy", "scipy", "scikit-image", "numba", "av", "viser", "msgspec", "matplotlib")
 # All builds of OpenCV are the one folder cv2.
 _OPTIONAL = ("opencv-python-headless", "opencv-python", "opencv-contrib-python", "opencv-contrib-python-headless")
 _OPTIONAL += ("pandas", "distributed", "rosbags", "mcap")

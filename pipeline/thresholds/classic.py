@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 from dockpose.pixels.flood import LEVELS
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
+from skimage import filters
 
 _ONE_LEVEL = "The whole picture has one grey level, so there is nothing to tell apart."
 
@@ -29,7 +30,7 @@ def _split(reason: str) -> Callable[[Callable[[Histogram], int]], Callable[[Hist
 
 @_split("It makes the variance between the two classes largest (Otsu 1979).")
 def otsu(histogram: Histogram) -> int:
-    """Maximise the variance between the two classes (Otsu 1979).
+    """Maximise the variance between the two classes (Otsu 1979), by scikit-image.
 
     Parameters
     ----------
@@ -51,47 +52,30 @@ def otsu(histogram: Histogram) -> int:
     >>> int((grey >= threshold.level).sum())
     4
     """
-    (n1, n2), (s1, s2) = _sums(histogram.counts, 0), _sums(histogram.counts, 1)
-    return int(np.argmax(n1 * n2 * (s1 / np.maximum(n1, 1) - s2 / np.maximum(n2, 1)) ** 2))
+    return int(filters.threshold_otsu(hist=(histogram.counts, np.arange(LEVELS)))) + 1
 
 
 @_split("The cross entropy of picture and classes is least (Li and Tam 1998).")
 def li(histogram: Histogram) -> int:
-    """Minimum cross entropy, from the mean on until it moves by half a level at most (Li and Tam 1998)."""
-    darkest = int(np.flatnonzero(histogram.counts)[0])
-    levels, before = np.arange(LEVELS) - darkest, math.inf
-    threshold = float(np.average(levels, weights=histogram.counts))
-    while abs(threshold - before) > 0.5:
-        before = threshold
-        is_above = levels > threshold
-        above, below = (np.average(levels[part], weights=histogram.counts[part]) for part in (is_above, ~is_above))
-        if below == 0:
-            break
-        threshold = float((below - above) / (math.log(below) - math.log(above)))
-    return math.floor(threshold) + darkest + 1
+    """Minimum cross entropy (Li and Tam 1998), by scikit-image."""
+    return math.floor(filters.threshold_li(_pixels(histogram))) + 1
 
 
 @_split("It makes Yen's correlation criterion largest (Yen 1995).")
 def yen(histogram: Histogram) -> int:
-    """Maximum correlation criterion, of all levels that part two classes (Yen, Chang and Chang 1995)."""
-    present = np.flatnonzero(histogram.counts)
-    counts = histogram.counts[present[0] : present[-1] + 1] / histogram.counts.sum()
-    below, squares = np.cumsum(counts)[:-1], np.cumsum(counts**2)
-    above = np.cumsum(counts[::-1])[::-1][1:]
-    criterion = 2 * np.log(below * above) - np.log(squares[:-1] * np.cumsum(counts[::-1] ** 2)[::-1][1:])
-    return int(present[0] + criterion.argmax()) + 1
+    """Maximum correlation criterion (Yen, Chang and Chang 1995), by scikit-image."""
+    return int(filters.threshold_yen(hist=(histogram.counts, np.arange(LEVELS)))) + 1
 
 
 @_split("The histogram lies farthest below its chord (Zack 1977).")
 def triangle(histogram: Histogram) -> int:
-    """Level farthest from the line between the histogram's peak and its far end (Zack 1977)."""
-    counts, present = histogram.counts, np.flatnonzero(histogram.counts)
-    peak = int(counts.argmax())
-    # The tail is that which is longer.
-    end = int(present[-1] if peak - present[0] < present[-1] - peak else present[0])
-    levels = np.arange(end, peak, 1 if end < peak else -1)
-    below = counts[peak] * np.abs(levels - end) - abs(peak - end) * counts[levels]
-    return int(levels[below.argmax()]) + 1
+    """Level farthest from the line between the histogram's peak and its far end (Zack 1977), by scikit-image."""
+    return math.floor(filters.threshold_triangle(_pixels(histogram))) + 1
+
+
+def _pixels(histogram: Histogram) -> np.ndarray:
+    """Levels of the pixels that count, sorted."""
+    return np.repeat(np.arange(LEVELS, dtype=np.uint8), histogram.counts)
 
 
 @_split("The two classes' entropies add up to the most (Kapur 1985).")
@@ -122,8 +106,14 @@ def kittler(histogram: Histogram) -> int:
 
 def kittler_criterion(counts: np.ndarray) -> np.ndarray:
     """1 + 2 (P1 ln s1 + P2 ln s2) - 2 (P1 ln P1 + P2 ln P2) for every first level; infinite where a class has none."""
+    levels = np.arange(LEVELS)
     total = counts.sum()
-    (n1, n2), (s1, s2), (q1, q2) = (_sums(counts, order) for order in range(3))
+
+    def moments(order: int) -> tuple[np.ndarray, np.ndarray]:
+        sums = np.concatenate([[0], np.cumsum(counts * levels**order)])[:-1].astype(float)
+        return sums, (counts * levels**order).sum() - sums
+
+    (n1, n2), (s1, s2), (q1, q2) = moments(0), moments(1), moments(2)
     criterion = np.full(LEVELS, np.inf)
     filled = (n1 > 0) & (n2 > 0)
     n1, n2, s1, s2, q1, q2 = (value[filled] for value in (n1, n2, s1, s2, q1, q2))
@@ -134,13 +124,6 @@ def kittler_criterion(counts: np.ndarray) -> np.ndarray:
     value = 1 + p1 * np.log(safe1) + p2 * np.log(safe2) - 2 * (p1 * np.log(p1) + p2 * np.log(p2))
     criterion[filled] = np.where(varies, value, np.inf)
     return criterion
-
-
-def _sums(counts: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Sums of a power of the levels of all pixels below each level (256,), and of those from there up."""
-    powers = counts * np.arange(LEVELS) ** order
-    below = np.concatenate([[0], np.cumsum(powers)])[:-1].astype(float)
-    return below, powers.sum() - below
 
 
 def sezan(histogram: Histogram) -> Threshold:

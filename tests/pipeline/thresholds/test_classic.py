@@ -3,9 +3,9 @@ import numpy as np
 import pytest
 from dockpose.simulate import render
 from dockpose.thresholds import histogram_of, otsu
-from dockpose.thresholds.classic import find_peaks, kapur, kittler, kittler_criterion, li, sezan, triangle, yen
+from dockpose.thresholds.classic import find_peaks, kapur, kittler, kittler_criterion, li, sezan
 from dockpose.thresholds.hats import background_mode
-from skimage import filters
+from skimage.filters import threshold_li
 
 from tests.support.scenes import random_scene
 
@@ -135,21 +135,9 @@ def test_sezans_signal_by_hand():
     assert find_peaks(cumulative, 2) == [(98, 100)]
 
 
-@pytest.mark.parametrize("method", [otsu, li, yen, triangle])
-@pytest.mark.parametrize("index", range(len(PICTURES)))
-def test_these_keep_what_is_above_scikit_images_threshold(method, index):
-    image = PICTURES[index]
-    theirs = getattr(filters, f"threshold_{method.__name__}")(image)
-    np.testing.assert_array_equal(image >= method(histogram_of(image)).level, image > theirs)
-
-
-def test_four_methods_of_two_levels_by_hand():
-    grey = np.full((10, 10), 40, np.uint8)
-    grey[4:6, 4:6] = 200
-    for method in (otsu, yen, triangle):
-        assert method(histogram_of(grey)).level in range(41, 201)
-    # Whatever is as dark as the darkest has no logarithm, and the mean stays: 40 + 160 * 4 / 100 = 46.4.
-    assert li(histogram_of(grey)).level == 47
+def test_li_keeps_what_is_above_scikit_images_threshold():
+    grey = np.repeat(np.arange(256, dtype=np.uint8), 3).reshape(32, 24)
+    np.testing.assert_array_equal(grey >= li(histogram_of(grey)).level, grey > threshold_li(grey))
 
 
 def test_the_background_ends_with_the_level_up_to_which_its_share_is_whole():

@@ -47,7 +47,7 @@ def accept_pose(
         dock = msgspec.structs.replace(dock, lights=None)
         ellipse, choice = poses_by_side(lights.points_px, camera, dock, *other, ring.ellipse)
     number = dock.lights if other is not None else dock.lights or choice.number
-    numbered = msgspec.structs.replace(dock, lights=number)
+    numbered = dock if number == dock.lights else msgspec.structs.replace(dock, lights=number)
     log_chance = log_chance_of_ring(ring, markers, ellipse, choice, camera, numbered, area_px2)
     reason = why_no_dock(ring, markers, choice, camera, numbered, log_chance)
     if reason is None and other is None:

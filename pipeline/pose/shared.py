@@ -11,14 +11,13 @@ from dockpose.camera.sigma import errors_of, moved
 from dockpose.camera.standard_errors import INTRINSICS
 from dockpose.compiled import compiled
 from dockpose.dock import Dock
-from dockpose.lights.reprojection import LightRays
+from dockpose.lights.reprojection import LightRays, solve
 from dockpose.pose.refine import on_planes
 
 DIAMETER_SHARE = 0.003  # standard error where the dock file says nothing: a millimetre of 30 cm
 _AROUND = 12  # points on the circle of a dock whose lights are not known
 _STEP = 1e-4  # of the range, for derivatives
 _STEPS = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])[:, None]
-_OPEN = 1e-9  # singular value, over the largest, of what the lights leave open, as the roll where they may be anywhere
 
 
 def diameter_share(dock: Dock) -> float:
@@ -38,32 +37,32 @@ class SharedErrors:
     def roots(self, rotation: np.ndarray, noise_px: float) -> dict[str, np.ndarray]:
         """Roots (6, K) of covariances, as :attr:`PoseErrors.covariance` is one, of camera, diameter, lights' places.
 
-        To first order a wrong number moves the pose as it moves the lights' images: by the pseudoinverse of their
+        To first order a wrong number moves the pose as it moves the lights' images: by least squares of their
         derivatives by the pose (Hartley and Zisserman 2004, section 5.2). The place of a light shows in the residuals;
         what ``noise_px`` holds of it already is not counted again.
         """
         lights_m = self._lights_m(rotation)
         points_m = self.position_m + lights_m @ rotation.T
-        step_m = _STEP * float(np.linalg.norm(self.position_m))
+        step_m = _STEP * math.hypot(*self.position_m.tolist())
         images = self.camera.project((points_m + step_m * _STEPS).reshape(-1, 3)).reshape(7, -1, 2)
         by_place = (images[1:4] - images[4:]) / (2 * step_m)
         by_place[np.isnan(by_place)] = 0.0  # the lens sees none there
         sigmas = diameter_share(self.dock), self.dock.lamp_depth_sigma_m, self.dock.lights_sigma_m or 0.0
         by_camera = self._by_camera(points_m, images[0])
-        by_pose, others = _shifts(by_place, by_camera, lights_m, rotation, sigmas, self.dock.lights is None)
-        own = 2 + 3 * len(lights_m)
-        own_px2 = float((others[:, 2:own] ** 2).sum()) / len(others)
+        steps, own_px2 = _steps(by_place, by_camera, lights_m, rotation, sigmas, self.dock.lights is None)
         unseen = max(0.0, 1 - noise_px**2 / own_px2) if own_px2 > 0 else 0.0
-        steps = np.linalg.lstsq(by_pose, others, rcond=_OPEN)[0]
-        steps[:, 2:own] *= math.sqrt(unseen)
-        return {"camera": steps[:, own:], "diameter": steps[:, :1], "lights": steps[:, 1:own]}
+        depth = 1 + by_camera.shape[2]
+        steps[:, depth + 1 :] *= math.sqrt(unseen)
+        return {"camera": steps[:, 1:depth], "diameter": steps[:, :1], "lights": steps[:, depth:]}
 
     def _lights_m(self, rotation: np.ndarray) -> np.ndarray:
         """Places (N, 3) of the lights in the dock's frame."""
         if self.rays is not None:
             depth_m = self.dock.lamp_depth_m
             (flat,) = on_planes(self.rays, rotation[None], (self.position_m + depth_m * rotation[:, 2])[None])
-            return np.column_stack([flat, np.full(len(flat), depth_m)])
+            places_m = np.full((len(flat), 3), depth_m)
+            places_m[:, :2] = flat
+            return places_m
         dock = self.dock if self.dock.lights is not None else msgspec.structs.replace(self.dock, lights=_AROUND)
         return dock.light_points()
 
@@ -101,39 +100,49 @@ def _off(camera: Camera) -> tuple[list[str], np.ndarray, dict[str, tuple[Camera,
 
 
 @compiled
-def _shifts(
+def _steps(
     by_place: np.ndarray,
     by_camera: np.ndarray,
     lights_m: np.ndarray,
     rotation: np.ndarray,
     sigmas: tuple[float, float, float],
     is_anywhere: bool,
-) -> tuple[np.ndarray, np.ndarray]:
-    """How N images move by the pose (2 N, 6), and by diameter, depth, lights' places and camera (2 N, 2 + 3 N + P).
+) -> tuple[np.ndarray, float]:
+    """Steps of the pose (6, 2 + P + 3 N) by diameter, camera, depth and each light's place, and the last's px^2.
 
-    They follow from how images move by a light's place (3, N, 2) and by the camera's errors (N, 2, P). Of lights that
-    may be anywhere on the circle only what goes across it shows in residuals.
+    They follow from how images move by a light's place (3, N, 2) and by the camera's errors (N, 2, P), by normal
+    equations. Of lights that may be anywhere on the circle only what goes across it shows in residuals.
     """
-    count, errors = len(lights_m), by_camera.shape[2]
-    by_pose, others = np.empty((2 * count, 6)), np.zeros((2 * count, 2 + 3 * count + errors))
+    count, own = len(lights_m), 2 + by_camera.shape[2]
+    square, steps, own_px2 = np.zeros((6, 6)), np.zeros((6, own + 3 * count)), 0.0
+    pose, other = np.empty((2, 6)), np.empty((2, own + 3))
     for n in range(count):
-        first, second = 2 * n, 2 * n + 1
         x, y, z = lights_m[n, 0], lights_m[n, 1], lights_m[n, 2]
         for axis in range(2):
-            pose, other = by_pose[first + axis], others[first + axis]
             a, b, c = 0.0, 0.0, 0.0  # along the dock's own axes
             for k in range(3):
-                pose[k] = by_place[k, n, axis]
-                other[2 + 3 * n + k] = sigmas[2] * pose[k]
-                a, b, c = a + pose[k] * rotation[k, 0], b + pose[k] * rotation[k, 1], c + pose[k] * rotation[k, 2]
-            pose[3], pose[4], pose[5] = y * c - z * b, z * a - x * c, x * b - y * a
-            other[0], other[1] = sigmas[0] * (a * x + b * y), sigmas[1] * c
-            other[2 + 3 * count :] = by_camera[n, axis]
+                slope = pose[axis, k] = by_place[k, n, axis]
+                a, b, c = a + slope * rotation[k, 0], b + slope * rotation[k, 1], c + slope * rotation[k, 2]
+                other[axis, own + k] = sigmas[2] * slope
+            pose[axis, 3], pose[axis, 4], pose[axis, 5] = y * c - z * b, z * a - x * c, x * b - y * a
+            other[axis, 0], other[axis, own - 1] = sigmas[0] * (a * x + b * y), sigmas[1] * c
+            other[axis, 1 : own - 1] = by_camera[n, axis]
         if is_anywhere:
-            u, v = by_pose[first, 5], by_pose[second, 5]  # along the circle
+            u, v = pose[0, 5], pose[1, 5]  # along the circle
             long = max(np.sqrt(u * u + v * v), 1e-12)
-            for shifts in (by_pose, others):
+            for shifts in (pose, other):
                 for k in range(shifts.shape[1]):
-                    across = (shifts[first, k] * v - shifts[second, k] * u) / long
-                    shifts[first, k], shifts[second, k] = across * v / long, -across * u / long
-    return by_pose, others
+                    across = (shifts[0, k] * v - shifts[1, k] * u) / long
+                    shifts[0, k], shifts[1, k] = across * v / long, -across * u / long
+            pose[:, 5] = 0.0  # the roll is left open
+        own_px2 += np.square(other[:, own:]).sum() / (2 * count)
+        for i in range(6):
+            for k in range(6):
+                square[i, k] += pose[0, i] * pose[0, k] + pose[1, i] * pose[1, k]
+            for k in range(own + 3):
+                steps[i, k if k < own else k + 3 * n] += pose[0, i] * other[0, k] + pose[1, i] * other[1, k]
+    scale = 1 / np.sqrt(np.maximum(np.diag(square), 1e-300))  # so that metres and radians are alike
+    square *= scale * scale.reshape(-1, 1)
+    steps *= scale.reshape(-1, 1)
+    solve(square, steps)
+    return steps * scale.reshape(-1, 1), own_px2

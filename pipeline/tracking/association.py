@@ -72,9 +72,11 @@ def mapped(before_px: np.ndarray, now_px: np.ndarray, within_px: float) -> tuple
     for _ in range(2):
         found = _fitted(before_px[known][near], now_px[known][near])
         off_px = np.linalg.norm(moved(found, before_px[known]) - now_px[known], axis=1)
-        near = off_px < within_px
+        fitted, near = near, off_px < within_px
         if near.sum() < 2:
             return None
+        if np.array_equal(near, fitted):
+            break
     is_near = np.zeros(len(before_px), dtype=bool)
     is_near[known[near]] = True
     return found, is_near

@@ -151,11 +151,12 @@ def allowed_by(found: Estimate) -> float:
         return 0.0
     first, second = (max(pose.probability or 0.0, 1e-300) for pose in pair)
     markers, ring, count, shared = found.markers, found.ring, found.lights_on_ring or 0, 1.0
-    known_px2 = None if markers is None or ring is None else markers.part(ring.on_ring).covariances_px2
     squares_px2 = count * (pair[0].rms_px or 0.0) ** 2
-    if known_px2 is not None and np.isfinite(known_px2).all() and squares_px2 > 0:
-        own_px2 = 2 / float(np.trace(np.linalg.inv(known_px2).T).mean())  # as the fit weighs them
-        shared = 1 - own_px2 * max(1, 2 * count - 6) / squares_px2
+    if markers is not None and ring is not None and markers.covariances_px2 is not None and squares_px2 > 0:
+        (xx, xy), (_, yy) = markers.covariances_px2[ring.on_ring].transpose(1, 2, 0)
+        own_px2 = 2 / float(((xx + yy) / (xx * yy - xy * xy)).mean())  # as the fit weighs them
+        if math.isfinite(own_px2):
+            shared = 1 - own_px2 * max(1, 2 * count - 6) / squares_px2
     return abs(math.log(first / second)) / max(_LEAST_SHARED, shared)
 
 

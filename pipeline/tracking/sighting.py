@@ -129,7 +129,7 @@ def missing_px(found: Estimate) -> np.ndarray:
     nothing = np.empty((0, 2))
     if dock.lights is None or choice.lights is None:
         return nothing
-    absent = np.setdiff1d(np.arange(dock.lights), choice.lights)
+    absent = np.flatnonzero(np.bincount(choice.lights, minlength=dock.lights) == 0)
     if len(absent) == 0:
         return nothing
     flat = dock.light_points()[:, :2]

@@ -27,6 +27,12 @@ def test_files_of_earlier_versions_may_say_that_there_are_no_further_rings_and_n
     assert not {"rings", "colours"} & msgspec.to_builtins(dock).keys()
 
 
+def test_another_number_of_lights_changes_nothing_else():
+    assert Dock(0.4, 8, lamp_depth_m=0.01).with_lights(10) == Dock(0.4, 10, lamp_depth_m=0.01)
+    with pytest.raises(ValueError, match="angles_deg has 3 values; the dock has 4 lights"):
+        Dock(0.4, angles_deg=(0, 100, 200)).with_lights(4)
+
+
 @pytest.mark.parametrize("normal", [(0, 0, -1), (0, 0, 1), (1, 0, 0), (0.1, 0.2, -3), (0, 1e-9, 1), (-1, 1, 1)])
 def test_a_frame_is_turned_the_shortest_way(normal):
     frame, out = frame_of(normal), np.array(normal) / np.linalg.norm(normal)

@@ -1,19 +1,22 @@
 import cv2
 import numpy as np
 import pytest
-from dockpose import Camera, Dock, Estimate, estimate
+from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.estimate import search
 from dockpose.estimate.attempt import Attempt
+from dockpose.estimate.flow import picture_in
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
 from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose
 
+from tests.support.scenes import CAMERA
+
 ANGLES = np.radians([0, 62, 117, 183, 240, 297])
 
 
-def detect_once(off_px=0.0, sigma_px: float | None = 0.1, count=6, log_chance=-10.0):
+def attempt(off_px=0.0, sigma_px: float | None = 0.1, count=6, log_chance=-10.0):
     """Six lights of 100 pixels on a circle of 80, the second farther from its middle by so much, and known so well."""
     radii = np.full(6, 80.0)
     radii[1] += off_px
@@ -31,20 +34,20 @@ def detect_once(off_px=0.0, sigma_px: float | None = 0.1, count=6, log_chance=-1
 @pytest.mark.parametrize(
     ("other", "better"),
     [
-        (detect_once(4.0, 3.0), True),  # moved within the light, and worse known
-        (detect_once(4.0, None), True),  # and nothing known of it
-        (detect_once(4.0, 0.1), False),  # as well known
-        (detect_once(7.0, 3.0), False),  # another light: 100 pixels reach 5.6 px
-        (detect_once(0.0, 3.0, count=5), False),  # not all of them
+        (attempt(4.0, 3.0), True),  # moved within the light, and worse known
+        (attempt(4.0, None), True),  # and nothing known of it
+        (attempt(4.0, 0.1), False),  # as well known
+        (attempt(7.0, 3.0), False),  # another light: 100 pixels reach 5.6 px
+        (attempt(0.0, 3.0, count=5), False),  # not all of them
         (Attempt("not_a_ring", "", {}), False),
     ],
 )
 def test_centres_that_are_worse_known_are_no_better_for_being_nearer_to_even(other, better):
-    assert detect_once().has_better_centres_than(other) == better
+    assert attempt().has_better_centres_than(other) == better
 
 
 def test_a_look_with_a_light_off_the_rim_does_not_hold_out_against_one_with_all_on_it():
-    assert not detect_once(4.0, 0.1).has_better_centres_than(detect_once(0.0, 3.0))
+    assert not attempt(4.0, 0.1).has_better_centres_than(attempt(0.0, 3.0))
 
 
 @pytest.mark.parametrize(
@@ -56,7 +59,7 @@ def test_a_look_with_a_light_off_the_rim_does_not_hold_out_against_one_with_all_
     ],
 )
 def test_a_ring_that_lacks_lights_leaves_those_along_its_rim(lights, beside, leaves):
-    found = detect_once()
+    found = attempt()
     points = np.vstack([found.stages["markers"].points_px, [beside]])
     on_ring = np.array([True] * 6 + [False])
     shown = np.full(7, 100)
@@ -74,7 +77,7 @@ def test_a_ring_that_lacks_lights_leaves_those_along_its_rim(lights, beside, lea
 def test_a_ring_is_exact_where_nearly_all_lights_are_in_their_places(rms_px, lights, log_chance, is_exact):
     pose = CirclePose(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]), np.zeros(2), rms_px=rms_px)
     ring = Ring(np.ones(6, dtype=bool), "", lights=lights)
-    stages = detect_once().stages | {"choice": Choice((pose, pose), 0, "spacing", None), "ring": ring}
+    stages = attempt().stages | {"choice": Choice((pose, pose), 0, "spacing", None), "ring": ring}
     assert Attempt("ok", "", stages, log_chance).is_exact() == is_exact
 
 
@@ -93,7 +96,7 @@ def test_a_ring_is_exact_where_nearly_all_lights_are_in_their_places(rms_px, lig
 def test_four_lights_are_sure_where_more_would_have_to_be_surer(lit, lights, log_chance, is_exact):
     pose = CirclePose(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]), np.zeros(2), rms_px=0.1)
     ring = Ring(np.arange(6) < lit, "", lights=lights)
-    stages = detect_once().stages | {"choice": Choice((pose, pose), 0, "spacing", None), "ring": ring}
+    stages = attempt().stages | {"choice": Choice((pose, pose), 0, "spacing", None), "ring": ring}
     assert Attempt("ok", "", stages, log_chance).is_exact() == is_exact
 
 
@@ -146,3 +149,16 @@ def test_lights_a_twelfth_of_the_radius_off_along_the_rim_are_a_dock_where_nothi
     # The picture's scale is known from across the rim, where the lights are in place: 0.15 m are 100 px.
     assert found.selected is not None
     assert found.selected.position_m[2] == pytest.approx(640 * 0.15 / 100, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("by_one", "added"), [("ok", "By a level for each light the ring is surer"), ("not_a_ring", "No one level shows")]
+)
+def test_that_no_one_level_shows_the_ring_is_said_only_where_none_does(by_one, added, monkeypatch):
+    pose = CirclePose(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]), np.zeros(2), rms_px=9.0)
+    stages = attempt().stages | {"choice": Choice((pose, pose), 0, "spacing", None)}
+    first, best = Attempt(by_one, "", stages, -20.0), Attempt("ok", "Six lights.", stages, -30.0)
+    monkeypatch.setattr(search, "detect_once", lambda *_: first)
+    monkeypatch.setattr(search, "_search_by_light", lambda *_: best)
+    picture = picture_in(np.zeros((480, 640), np.uint8), CAMERA, Settings())
+    assert search.search(picture, CAMERA, Dock(0.3, 6), Settings(), True)[1].startswith(f"Six lights. {added}")

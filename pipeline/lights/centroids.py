@@ -10,7 +10,7 @@ _NEIGHBOURS = 2  # lights that may share a light's window
 # edge of the window cuts. Water, as the halos of other lights, rises by no more than the largest share, and goes on by
 # this share of its slope so many pixels farther out. Another light so near, in half windows, has a flank there.
 _SMALL_RISE, _LARGEST_RISE, _WIDER_PX, _GOES_ON, _CROWDED = 0.05, 0.4, 2, 0.5, 1.5
-_NORMAL = 0.886  # standard deviation of normal numbers over the mean absolute difference of two of them, sqrt(pi) / 2
+NORMAL = 0.886  # standard deviation of normal numbers over the mean absolute difference of two of them, sqrt(pi) / 2
 
 
 class _Plane(NamedTuple):
@@ -181,7 +181,7 @@ def _rise(one: np.ndarray, other: np.ndarray) -> float:
         for place in range(1, len(edge)):
             steps += abs(edge[place] - edge[place - 1])
     numbers = len(one) + len(other)
-    spread = _NORMAL * steps / max(1, numbers - 2)
+    spread = NORMAL * steps / max(1, numbers - 2)
     variance = np.pi / 2 * spread**2 * (1 / len(one) + 1 / len(other))
     return beyond_noise(rise, variance)
 

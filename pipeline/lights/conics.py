@@ -9,7 +9,7 @@ from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
-from dockpose.compiled import compiled, compiled_bare
+from dockpose.compiled import compiled
 from dockpose.lights.chance import (
     ACCEPTED_AMONG_OTHERS,
     MOST_LIGHTS,
@@ -20,6 +20,7 @@ from dockpose.lights.cone import circles_behind
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_OF_AXIS, TOLERANCE_OF_RADIUS, distances
 from dockpose.lights.polygon import Polygon, refitted
+from dockpose.lights.reprojection import turned
 from dockpose.lights.spacing import phase_of, regular
 
 LEAST_LIGHTS = 9  # fewer are found by their corners, and hardly by trying fives of the points
@@ -30,6 +31,7 @@ _FILLED = 0.5  # of the corners, at the least: of one number every second is ano
 # lenses, of water, and of cameras of which nothing is known.
 _CLOSED, _TIMES_FOCAL = 2 / 3, 1.1 ** np.arange(-12, 16)
 _MOST, _MOST_SPACINGS = 0.8, 5  # of the points; of how many spacings the one that most points fit is taken
+_OF_CONIC = (0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2)  # places of A to F in a conic's matrix
 _ROUNDS = 3  # of fitting an ellipse and looking which points are on it
 
 
@@ -79,9 +81,8 @@ def _log_chance_of_ellipse(ellipse: Ellipse, on: np.ndarray, points_px: np.ndarr
 
 def _through_most(points_px: np.ndarray, tolerance_px: float) -> tuple[Ellipse, np.ndarray] | None:
     """The ellipse through most of some points (M, 2), and which are on it (M,); None where it is through few."""
-    middle, scale = points_px.mean(axis=0), max(float(points_px.std()), 1e-9)
-    places = np.column_stack([(points_px - middle) / scale, np.ones(len(points_px))])
-    on = _near_best(conics_through(places[fives_of(len(points_px), _TRIALS)]), places, tolerance_px / scale)
+    conics, places, _, scale = conics_of_fives(points_px, _TRIALS)
+    on = _near_best(conics, places, tolerance_px / scale)
     for _ in range(_ROUNDS):
         if on.sum() < LEAST_LIGHTS:
             return None
@@ -96,8 +97,16 @@ def _through_most(points_px: np.ndarray, tolerance_px: float) -> tuple[Ellipse, 
     return (fit_ellipse(points_px[on]), on) if on.sum() >= LEAST_LIGHTS else None
 
 
+def conics_of_fives(points_px: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Conics (T, 6) through fives of points (M, 2), the points less their middle (2,), over a scale; and these two."""
+    middle, scale = points_px.mean(axis=0), max(float(points_px.std()), 1e-9)
+    places = (points_px - middle) / scale
+    fives = np.column_stack([places, np.ones(len(places))])[_fives_of(len(places), most)]
+    return conics_through(fives), places, middle, scale
+
+
 @cache
-def fives_of(count: int, most: int) -> np.ndarray:
+def _fives_of(count: int, most: int) -> np.ndarray:
     """Fives (T, 5) of so many points: all of them, or so many drawn at random, always the same."""
     if math.comb(count, MIN_POINTS) <= most:
         return np.array(list(combinations(range(count), MIN_POINTS)))
@@ -107,7 +116,7 @@ def fives_of(count: int, most: int) -> np.ndarray:
 
 @compiled
 def _near_best(conics: np.ndarray, places: np.ndarray, tolerance: float) -> np.ndarray:
-    """Which of homogeneous points (M, 3) are near the ellipse, of conics (T, 6), that most are near; none of none."""
+    """Which of points (M, 2) are near the ellipse, of conics (T, 6), that most are near; none of none."""
     most, best = 0, np.zeros(len(places), np.bool_)
     on = best.copy()
     for t in range(len(conics)):
@@ -125,35 +134,14 @@ def _near_best(conics: np.ndarray, places: np.ndarray, tolerance: float) -> np.n
     return best
 
 
-@compiled
 def conics_through(places: np.ndarray) -> np.ndarray:
     """Conics (T, 6) through five homogeneous points each (T, 5, 3): of the pencil through four the one by the fifth."""
-    conics = np.empty((len(places), 6))
-    for t in range(len(places)):
-        a, b, c, d = _line(places, t, 0, 1), _line(places, t, 2, 3), _line(places, t, 0, 2), _line(places, t, 1, 3)
-        # Each two lines are a conic through the four.
-        one = _off_fifth(places, t, c) * _off_fifth(places, t, d)
-        two = _off_fifth(places, t, a) * _off_fifth(places, t, b)
-        for k in range(3):
-            m = (k + 1) % 3
-            square, mixed = one * a[k] * b[k] - two * c[k] * d[k], one * (a[k] * b[m] + a[m] * b[k])
-            mixed -= two * (c[k] * d[m] + c[m] * d[k])
-            conics[t, (0, 2, 5)[k]], conics[t, (1, 4, 3)[k]] = square, mixed
-    return conics
-
-
-@compiled_bare
-def _line(places: np.ndarray, t: int, one: int, two: int) -> tuple[float, float, float]:
-    """The line through two points of one five: their cross product."""
-    x, y, w = places[t, one, 0], places[t, one, 1], places[t, one, 2]
-    u, v, z = places[t, two, 0], places[t, two, 1], places[t, two, 2]
-    return y * z - w * v, w * u - x * z, x * v - y * u
-
-
-@compiled_bare
-def _off_fifth(places: np.ndarray, t: int, line: tuple[float, float, float]) -> float:
-    """How far the fifth point of one five is off a line, in units of the line."""
-    return line[0] * places[t, 4, 0] + line[1] * places[t, 4, 1] + line[2] * places[t, 4, 2]
+    a, b, c, d = (np.cross(places[:, i], places[:, j]) for i, j in ((0, 1), (2, 3), (0, 2), (1, 3)))
+    # Each two lines are a conic through the four.
+    one, two = ((np.vecdot(i, places[:, 4]) * np.vecdot(j, places[:, 4]))[:, None, None] for i, j in ((c, d), (a, b)))
+    matrices = one * a[:, :, None] * b[:, None] - two * c[:, :, None] * d[:, None]
+    xx, xy, yy, x, y, level = ((matrices[:, i, j] + matrices[:, j, i]) / 2 for i, j in _OF_CONIC)
+    return np.column_stack([xx, 2 * xy, yy, 2 * x, 2 * y, level])
 
 
 class _Spacing(NamedTuple):
@@ -215,9 +203,7 @@ def _spacings(
                 chance, corner_of, _ = log_chance_of_spacing(angles, sides, filled)
                 roll_rad = phase_of(angles, sides)
                 off = np.hypot(*(flat - regular(sides, roll_rad)[corner_of]).T)
-                cos, sin = math.cos(roll_rad), math.sin(roll_rad)
-                turned = R @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-                found.append(_Spacing(chance, sides, focal_px, corner_of, turned, t, off))
+                found.append(_Spacing(chance, sides, focal_px, corner_of, turned(R, roll_rad), t, off))
     return found
 
 

@@ -129,28 +129,27 @@ def _different(points: np.ndarray) -> int:
 
 def ellipse_from_conic(conic: Any, rms_px: float = 0.0) -> Ellipse:
     """Return the ellipse with conic coefficients A..F (6,); NoEllipseError where they belong to none."""
-    A, B, C, D, E, F = (float(value) for value in conic)
-    if not math.isfinite(A + B + C + D + E + F):
+    conic = np.array(conic, dtype=float)
+    if not math.isfinite(conic.sum()):
         raise NoEllipseError("a coefficient of the conic is not finite")
-    determinant = A * C - B * B / 4
-    if determinant <= 0:
+    A, B, C, *_ = conic
+    if 4 * A * C <= B * B:
         raise NoEllipseError("the points lie on a hyperbola or a parabola, not on an ellipse")
-    if A + C < 0:
-        A, B, C, D, E, F = -A, -B, -C, -D, -E, -F
+    x, y, major, minor, angle_rad = axes_of(conic)
+    if not minor > 0:
+        raise NoEllipseError("no point of the plane lies on this ellipse")
+    return Ellipse(conic / math.copysign(np.linalg.norm(conic), A + C), (x, y), (major, minor), angle_rad, rms_px)
+
+
+@compiled
+def axes_of(conic: np.ndarray) -> tuple[float, float, float, float, float]:
+    """Centre x, y, semi-axes, the larger first, and its angle, of the ellipse of a conic (6,); NaN of no ellipse."""
+    A, B, C, D, E, F = conic * (1.0 if conic[0] + conic[2] >= 0 else -1.0)
+    determinant = A * C - B * B / 4
     x, y = (B * E / 4 - C * D / 2) / determinant, (B * D / 4 - A * E / 2) / determinant
     inside = -(F + (D * x + E * y) / 2)
-    if inside <= 0:
-        raise NoEllipseError("no point of the plane lies on this ellipse")
-    large = (A + C) / 2 + math.hypot(A - C, B) / 2
-    small = determinant / large
-    norm = math.sqrt(A * A + B * B + C * C + D * D + E * E + F * F)
-    return Ellipse(
-        conic=np.array((A, B, C, D, E, F)) / norm,
-        centre_px=(x, y),
-        semi_axes_px=(math.sqrt(inside / small), math.sqrt(inside / large)),
-        angle_rad=math.atan2(-B, C - A) / 2,
-        rms_px=rms_px,
-    )
+    large = (A + C) / 2 + np.hypot(A - C, B) / 2
+    return x, y, np.sqrt(inside * large / determinant), np.sqrt(inside / large), np.arctan2(-B, C - A) / 2
 
 
 def _squared_distances(conic: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -162,23 +161,12 @@ def _squared_distances(conic: np.ndarray, points: np.ndarray) -> np.ndarray:
     return value * value / np.maximum(across * across + down * down, 1e-300)
 
 
-@compiled
 def _normalised(points: np.ndarray) -> tuple[float, float, float, np.ndarray]:
     """Mean x and y of points (N, 2), their scatter about it, and the points (N, 2) from there in its units."""
-    count, x, y, squares = len(points), 0.0, 0.0, 0.0
-    for number in range(count):
-        x += points[number, 0] / count
-        y += points[number, 1] / count
-    centred = np.empty((count, 2))
-    for number in range(count):
-        across, down = points[number, 0] - x, points[number, 1] - y
-        centred[number, 0], centred[number, 1] = across, down
-        squares += across * across + down * down
-    scale = math.sqrt(squares / count)
-    for number in range(count):
-        centred[number, 0] /= scale
-        centred[number, 1] /= scale
-    return x, y, scale, centred
+    middle = points.mean(axis=0)
+    centred = points - middle
+    scale = math.sqrt(np.vdot(centred, centred) / len(points))
+    return middle[0], middle[1], scale, centred / scale
 
 
 def _design(points: np.ndarray) -> np.ndarray:
@@ -202,9 +190,13 @@ def _moved(conic: np.ndarray, x: float, y: float, scale: float) -> tuple[float, 
 
 def _halir_flusser(design: np.ndarray) -> np.ndarray:
     """Conic coefficients (6,) for the design matrix (N, 6) of centred, scaled points (their section 4)."""
-    on_line, reduced, T = _reduced(design)
-    if on_line:
+    scatter, count = design.T @ design, len(design)
+    S1, S2, S3 = scatter[:3, :3], scatter[:3, 3:], scatter[3:, 3:]
+    if S3[0, 0] * S3[1, 1] - S3[0, 1] ** 2 < 1e-12 * count**2:
         raise NoEllipseError("the points lie on a line")
+    T = -np.linalg.solve(S3, S2.T)
+    M = S1 + S2 @ T
+    reduced = np.array([M[2] / 2, -M[1], M[0] / 2])  # by the inverse of the constraint 4AC - B^2 = 1
     # All eigenvalues are real, since M is symmetric and not negative; OpenCV finds them in a tenth of numpy's time.
     try:
         eigenvalues, vectors = cv2.eigenNonSymmetric(reduced)
@@ -214,36 +206,6 @@ def _halir_flusser(design: np.ndarray) -> np.ndarray:
     if conic[0] == 0.0:
         raise NoEllipseError("no ellipse runs through the points")
     return conic
-
-
-@compiled
-def _reduced(design: np.ndarray) -> tuple[bool, np.ndarray, np.ndarray]:
-    """Whether the points lie on a line, C^-1 M (3, 3) with M = S1 + S2 T, and T (3, 3) = -S3^-1 S2^T."""
-    scatter, M = np.zeros((6, 6)), np.zeros((3, 3))
-    reduced, T = np.zeros((3, 3)), np.zeros((3, 3))
-    for number in range(len(design)):
-        for row in range(6):
-            for column in range(row, 6):
-                scatter[row, column] += design[number, row] * design[number, column]
-    sxx, sxy, syy, count = scatter[3, 3], scatter[3, 4], scatter[4, 4], scatter[5, 5]
-    determinant = sxx * syy - sxy * sxy
-    if determinant < 1e-12 * count * count:
-        return True, reduced, T
-    # The points are centred, so that the inverse of the linear part needs no solver.
-    for column in range(3):
-        x, y, one = scatter[column, 3], scatter[column, 4], scatter[column, 5]
-        T[0, column] = (sxy * y - syy * x) / determinant
-        T[1, column] = (sxy * x - sxx * y) / determinant
-        T[2, column] = -one / count
-    for row in range(3):
-        for column in range(3):
-            M[row, column] = scatter[min(row, column), max(row, column)]
-            for one in range(3):
-                M[row, column] += scatter[row, 3 + one] * T[one, column]
-    # The inverse of the constraint 4AC - B^2 = 1.
-    for column in range(3):
-        reduced[0, column], reduced[1, column], reduced[2, column] = M[2, column] / 2, -M[1, column], M[0, column] / 2
-    return False, reduced, T
 
 
 def _least_ellipse(eigenvalues: np.ndarray, vectors: np.ndarray, T: np.ndarray) -> np.ndarray:

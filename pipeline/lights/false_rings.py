@@ -15,6 +15,7 @@ _NEIGHBOURS = 8  # of a lattice's point: the nearest of a square one
 _TOLERANCE = 0.05  # of a step, by which perspective and lens change it from one point to the next
 _CLOSE = 0.25  # of how far off a light may be: more than its centre's error, mostly
 _MOST_SHIFTED = 16  # lights of a ring, whose third power is looked at: steps between so many show any lattice
+_LEAST_DEPTH = 0.1  # of the ring's middle: what is nearer to the camera's plane is far out of the picture
 _LEAST_ANGLE = math.sin(math.radians(20))  # between a lattice's two directions, as steeply as it may be seen
 # Another ring through some of the same points leaves it open which is right where its evidence comes so near.
 AS_CONVINCING = 0.6
@@ -25,7 +26,8 @@ SEVERAL = "Several rings can be laid through the same groups; which of them is t
 _UNEXPLAINED, _FEWEST_OTHERS = 0.35, 3
 _SPECK = 0.05  # of the ring's median light: lamps of one kind are not that unequal, beams and distance included
 _LEAST_EXPECTED = 0.1  # other points on a ring: one may always be
-_SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
+# Of the radius: what two rings on one ellipse differ by at the most, and one ring and a part of it, of few lights.
+_SAME_ELLIPSE, _SAME_RING = 0.08, 0.25
 
 
 def repeating(points_px: np.ndarray) -> np.ndarray:
@@ -86,7 +88,7 @@ def _meets(on_ring: np.ndarray, mapping: np.ndarray, others: np.ndarray, toleran
     some = np.linspace(0, len(on_ring) - 1, min(len(on_ring), _MOST_SHIFTED)).round().astype(int)
     flat = cv2.perspectiveTransform(on_ring[None, some], np.linalg.inv(mapping))[0]
     shifted = (flat[:, None, None] + flat[None, :, None] - flat[None, None, :]).reshape(-1, 2)
-    shifted = shifted[shifted @ mapping[2, :2] + mapping[2, 2] > 0.1]
+    shifted = shifted[shifted @ mapping[2, :2] + mapping[2, 2] > _LEAST_DEPTH]
     places = cv2.perspectiveTransform(shifted[None], mapping)[0]
     places = places[nearest_of(places, on_ring, 1)[0][:, 0] > 2 * tolerance_px]
     middle = on_ring.mean(axis=0)
@@ -167,7 +169,7 @@ def is_part_of_more(best: Candidate, exact: Candidate, scene: Scene, within_px: 
 def _is_same(one: Candidate, other: Candidate) -> bool:
     """Whether two rings are one, but for lights that one of them misses."""
     size = max(one.polygon.semi_axes_px[0], other.polygon.semi_axes_px[0])
-    return _on_same_ellipse(one.polygon, other.polygon, 0.25) and (
+    return _on_same_ellipse(one.polygon, other.polygon, _SAME_RING) and (
         one.members <= other.members or other.members <= one.members or size < 2 * TOLERANCE_PX
     )
 

@@ -16,7 +16,7 @@ _GROWING_TOLERANCE, _STRICT_TOLERANCE = 0.22, 0.2  # of the spacing
 _STRICT_ROUNDS = 3  # of looking for all corners where the last fit puts them
 _PERSPECTIVE_MARGIN = 1.5  # focal lengths are not always well known
 _NOISE_PX = 1.0  # of a centre, for what of a perspective may be feigned
-_PERSPECTIVE_PRIOR = 0.03  # weak, see _fit
+_PERSPECTIVE_PRIOR = 0.03  # weight of the guess, beside a light's: weak, but it decides for three points
 
 
 def distances(points_px: np.ndarray, others_px: np.ndarray) -> np.ndarray:

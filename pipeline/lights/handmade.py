@@ -7,12 +7,12 @@ from operator import attrgetter
 import numpy as np
 from dockpose.compiled import compiled, compiled_bare
 from dockpose.lights.chance import Scene
-from dockpose.lights.conics import conics_through, fives_of
-from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError, fit_ellipse
+from dockpose.lights.conics import conics_of_fives
+from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError, axes_of, fit_ellipse
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX
 from dockpose.lights.polygon import Candidate, least_likely_part
-from dockpose.lights.reprojection import RingTemplate, as_pose, flatten
-from dockpose.lights.spacing import angles_on, phase_of, regular
+from dockpose.lights.reprojection import RingTemplate, as_pose, flatten, turned
+from dockpose.lights.spacing import phase_of, regular
 
 _TRIALS = 3003  # fives of points: all of fifteen
 _OF_ANY_NUMBER = 150  # of these: those near most points, which are tried with many numbers of lights
@@ -58,29 +58,16 @@ def _of_all(points: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         ellipse = fit_ellipse(points)
     except NoEllipseError:
         return None
-    angles = angles_on(points, ellipse)
-    order = np.argsort(angles)
-    roll = phase_of(angles[order] - 2 * math.pi / len(points) * np.arange(len(points)), 1)
-    mapping = _turned(_turned(np.eye(3), ellipse.angle_rad) @ np.diag([*ellipse.semi_axes_px, 1.0]), roll)
-    mapping[:2, 2] = ellipse.centre_px
-    return order, mapping
-
-
-@compiled
-def _turned(mapping: np.ndarray, roll: float) -> np.ndarray:
-    """A map (3, 3) of a plane that is turned by an angle before."""
-    cos, sin, turned = np.cos(roll), np.sin(roll), mapping.copy()
-    for row in range(3):
-        turned[row, 0] = cos * mapping[row, 0] + sin * mapping[row, 1]
-        turned[row, 1] = cos * mapping[row, 1] - sin * mapping[row, 0]
-    return turned
+    mapping, flat = np.empty((3, 3)), np.empty((len(points), 2))
+    _set_affine(ellipse.conic, 0.0, mapping)
+    flatten(mapping, points, flat)
+    order = np.argsort(flat[:, 1])
+    return order, turned(mapping, phase_of(flat[order, 1] - 2 * math.pi / len(points) * np.arange(len(points)), 1))
 
 
 def _begun(points: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of lights with the points at their corners (K, 1 + N), homographies (K, 3, 3), of the best ellipses."""
-    middle, scale = points.mean(axis=0), max(float(points.std()), 1e-9)
-    places = (points - middle) / scale
-    conics = conics_through(np.column_stack([places, np.ones(len(points))])[fives_of(len(points), _TRIALS)])
+    conics, places, middle, scale = conics_of_fives(points, _TRIALS)
     corners, mappings = _best_of(conics, places, numbers, SMALLEST_RADIUS_PX / scale, _KEPT)
     return corners, np.array([[scale, 0, middle[0]], [0, scale, middle[1]], [0, 0, 1]]) @ mappings
 
@@ -98,7 +85,7 @@ def _best_of(
     if len(numbers) > 1:
         conics = conics[np.argsort(_off_all(conics, places, least_radius))[:_OF_ANY_NUMBER]]
     for t in range(len(conics)):
-        if not _set_affine(conics, t, least_radius, mapping):
+        if not _set_affine(conics[t], least_radius, mapping):
             continue
         around = flatten(mapping, places, flat)
         for sides in numbers:
@@ -106,21 +93,18 @@ def _best_of(
             worth, roll = _placed(flat, around, sides, own, logs)
             if worth < worths[least] and not _is_among(corners, own):
                 worths[least], corners[least] = worth, own
-                mappings[least] = _turned(mapping, roll)
+                mappings[least] = turned(mapping, roll)
     order = np.argsort(worths)[: np.count_nonzero(worths < 0)]
     return corners[order], mappings[order]
 
 
-@compiled_bare
+@compiled
 def _is_among(rows: np.ndarray, own: np.ndarray) -> bool:
     """Whether a row (N,) is one of rows (K, N)."""
-    for k in range(len(rows)):
-        same = 0
-        while same < len(own) and rows[k, same] == own[same]:
-            same += 1
-        if same == len(own):
-            return True
-    return False
+    found = False
+    for row in rows:
+        found |= (row == own).all()
+    return found
 
 
 @compiled
@@ -128,7 +112,7 @@ def _off_all(conics: np.ndarray, places: np.ndarray, least_radius: float) -> np.
     """Log (T,) of how often chance lays places (M, 2) so near each of conics (T, 6); 0 of one that is no ring."""
     logs, flat, mapping = np.zeros(len(conics)), np.empty((len(places), 2)), np.empty((3, 3))
     for t in range(len(conics)):
-        is_ellipse = _set_affine(conics, t, least_radius, mapping)
+        is_ellipse = _set_affine(conics[t], least_radius, mapping)
         near = flatten(mapping, places, flat) if is_ellipse else 1.0
         for k in range(len(places) if is_ellipse else 0):
             logs[t] += np.log(min(1.0, near * max(abs(flat[k, 0]), _LEAST_ACROSS)))
@@ -136,40 +120,22 @@ def _off_all(conics: np.ndarray, places: np.ndarray, least_radius: float) -> np.
 
 
 @compiled_bare
-def _set_affine(conics: np.ndarray, t: int, least_radius: float, mapping: np.ndarray) -> bool:
-    """Fill in the map (3, 3) of the unit circle to one of conics (T, 6), if that is an ellipse that a ring may have."""
-    A, B, C, D, E, F = conics[t, 0], conics[t, 1], conics[t, 2], conics[t, 3], conics[t, 4], conics[t, 5]
-    apart = 4 * A * C - B * B
-    if apart <= 0:
-        return False
-    x, y = (B * E - 2 * C * D) / apart, (B * D - 2 * A * E) / apart
-    inside = -(F + (D * x + E * y) / 2)
-    mean, half = (A + C) / 2, np.hypot((A - C) / 2, B / 2)
-    if inside < 0:
-        inside, mean, turn = -inside, -mean, np.arctan2(-B, C - A) / 2
-    else:
-        turn = np.arctan2(B, A - C) / 2
-    if mean <= half:
-        return False
-    minor, major = np.sqrt(inside / (mean + half)), np.sqrt(inside / (mean - half))
+def _set_affine(conic: np.ndarray, least_radius: float, mapping: np.ndarray) -> bool:
+    """Fill in the map (3, 3) of the unit circle to a conic (6,), if that is an ellipse that a ring may have."""
+    x, y, major, minor, turn = axes_of(conic)
     cos, sin = np.cos(turn), np.sin(turn)
-    mapping[0, 0], mapping[0, 1], mapping[0, 2] = minor * cos, -major * sin, x
-    mapping[1, 0], mapping[1, 1], mapping[1, 2] = minor * sin, major * cos, y
+    mapping[0, 0], mapping[0, 1], mapping[0, 2] = major * cos, -minor * sin, x
+    mapping[1, 0], mapping[1, 1], mapping[1, 2] = major * sin, minor * cos, y
     mapping[2, 0], mapping[2, 1], mapping[2, 2] = 0.0, 0.0, 1.0
     return minor > NARROWEST * major and minor > least_radius
 
 
-@compiled_bare
+@compiled
 def _placed(flat: np.ndarray, near: float, sides: int, corners: np.ndarray, logs: np.ndarray) -> tuple[float, float]:
     """Fill in N and the likeliest point of each corner; log of how often chance lays them so near, and the roll."""
     corners[:] = -1
     corners[0] = sides
-    sine, cosine = 0.0, 0.0
-    for k in range(len(flat)):
-        if abs(flat[k, 0]) < ON_RIM:
-            sine += np.sin(sides * flat[k, 1])
-            cosine += np.cos(sides * flat[k, 1])
-    roll, step = np.arctan2(sine, cosine) / sides, 2 * np.pi / sides
+    roll, step = phase_of(flat[:, 1][np.abs(flat[:, 0]) < ON_RIM], sides), 2 * np.pi / sides
     logs[:], total = 0.0, 0.0
     for k in range(len(flat)):
         across = abs(flat[k, 0])
@@ -206,5 +172,5 @@ def _settled(
         if (row[1:] == corners).all():
             break
         corners = row[1:].copy()
-        mapping = _turned(mapping, roll)
+        mapping = turned(mapping, roll)
     return fitted, mapping

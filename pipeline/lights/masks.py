@@ -25,7 +25,6 @@ _SIMILAR_AREA = 2.0  # the larger over the smaller
 _LEAST_MOVED, _MOVED_PX, _FRAMES_AGO = 5, 2.0, 50
 _AROUND_DOCK = 1.2  # of the ring's largest radius: a group this near may be a light that was left out
 _MARGIN_PX = 3  # around a group: letters have soft edges
-_FEW_PAIRS = 10_000  # up to this many pairs of points, computing all distances is faster than building a tree
 _UNION = 1.5  # masks side by side are merged if the result is at most this many times their total area
 
 
@@ -170,11 +169,6 @@ def _has_moved(before_px: np.ndarray, now_px: np.ndarray) -> bool:
 
 def _closest(points_px: np.ndarray, others_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Distance (N,) from each point (N, 2) to the nearest of some others (M, 2), and the index (N,) of that one."""
-    if len(points_px) * len(others_px) > _FEW_PAIRS:
-        from scipy.spatial import KDTree  # takes a third of a second to import, which few pictures need
-
-        distance, nearest = KDTree(others_px).query(points_px)
-        return np.asarray(distance), np.asarray(nearest)
     apart = distances(points_px, others_px)
     return apart.min(axis=1), apart.argmin(axis=1)
 

@@ -4,7 +4,6 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
-from dockpose.compiled import compiled
 from dockpose.lights.growing import distances
 
 FRAMES = 8  # over which groups are followed
@@ -67,37 +66,21 @@ class Paths:
         before = np.array([path[0] for path in long], dtype=np.complex128)
         now = np.array([path[-1] for path in long], dtype=np.complex128)
         together, turn, shift = _moved_together(before, now, least)
-        if not together.any():
+        if not len(together):
             return None
         return Motion(turn, shift, now[together].view(float).reshape(-1, 2))
 
 
-@compiled
 def _moved_together(before: np.ndarray, now: np.ndarray, least: int) -> tuple[np.ndarray, complex, complex]:
-    """Which points (N,) complex moved as one, and the turn and shift; no fewer than ``least``, or else none."""
-    together = np.ones(len(now), np.bool_)
-    count = len(now)
-    while count >= least:
-        middle_before, middle_now = 0j, 0j
-        for number in range(len(now)):
-            if together[number]:
-                middle_before += before[number] / count
-                middle_now += now[number] / count
-        product, squares = 0j, 0.0
-        for number in range(len(now)):
-            if together[number]:
-                centred = before[number] - middle_before
-                product += np.conj(centred) * now[number]
-                squares += abs(centred) ** 2
-        turn = product / max(squares, 1e-9)
-        shift = middle_now - turn * middle_before
-        worst, most = 0, -1.0
-        for number in range(len(now)):
-            off = abs(now[number] - turn * before[number] - shift)
-            if together[number] and off > most:
-                worst, most = number, off
-        if most <= _OFF_PX + _OFF_SHARE * np.median(np.abs(now[together] - before[together])):
-            return together, turn, shift
-        together[worst] = False
-        count -= 1
-    return np.zeros(len(now), np.bool_), 0j, 0j
+    """Numbers (K,) of points (N,) complex that moved as one, ``least`` or more or else none, and the turn and shift."""
+    together = np.arange(len(now))
+    while len(together) >= least:
+        old, new = before[together], now[together]
+        centred = old - old.mean()
+        turn = np.vdot(centred, new) / max(np.vdot(centred, centred).real, 1e-9)
+        shift = new.mean() - turn * old.mean()
+        off = np.abs(new - turn * old - shift)
+        if off.max() <= _OFF_PX + _OFF_SHARE * np.median(np.abs(new - old)):
+            return together, complex(turn), complex(shift)
+        together = np.delete(together, off.argmax())
+    return np.empty(0, dtype=int), 0j, 0j

@@ -22,6 +22,7 @@ _NEIGHBOURS_OF_FEW, _NEIGHBOURS, _NEIGHBOURS_OF_MANY = 12, 8, 6
 _TRIALS, _TRIALS_OF_MANY = 80, 24  # triples that are grown, the most promising; of many points the rest are chance
 # Of the few brightest points any three of a ring are such a triple, ten by five lights alone: a few of the best do.
 _FEWER_OF_BRIGHTEST = 4
+_NEARLY_WHOLE = 0.8  # of its lights: a ring by neighbouring corners, for whose number other steps find nothing more
 
 
 @dataclass(frozen=True)
@@ -30,10 +31,18 @@ class Polygon:
 
     corners: np.ndarray  # (N,): for each light of the dock the number of the point that lies there, -1 where none does
     squares_px2: float  # sum of the squared distances of these points from their corners, in px^2
-    semi_axes_px: tuple[float, float]  # major and minor semi-axis of the ring's image
-    centre_px: tuple[float, float]  # image of the ring's centre
     mapping: np.ndarray  # (3, 3): homography of the dock's plane, in which the ring is the unit circle, to the picture
     focal_px: float  # focal length with which the mapping is that of a pose
+
+    @property
+    def semi_axes_px(self) -> tuple[float, float]:
+        """Major and minor semi-axis of the ring's image."""
+        return stretch(self.mapping)
+
+    @property
+    def centre_px(self) -> tuple[float, float]:
+        """Image of the ring's centre."""
+        return float(self.mapping[0, 2]), float(self.mapping[1, 2])
 
     @property
     def members(self) -> np.ndarray:
@@ -109,7 +118,7 @@ def _of_alike(
         trials = min(trials, _TRIALS // _FEWER_OF_BRIGHTEST)
     for is_first in (True,) if neighbours_only else (True, False):
         best, kept = np.full(trials, -1.0), np.full((trials, 7), -1)
-        whole = {one.sides for one in found if len(one.members) >= 0.8 * one.sides}
+        whole = {one.sides for one in found if len(one.members) >= _NEARLY_WHOLE * one.sides}
         for template in templates:
             sides = len(template.unit)
             some = slice(1) if is_first else slice(1, None)
@@ -123,16 +132,10 @@ def _of_alike(
             if len(triples):
                 grown = zip(*grow_all(template, triples, scene), strict=True)
                 found += [
-                    Candidate(polygon_of(corners, float(squares), mapping, scene.focal_px), float(chance))
+                    Candidate(Polygon(corners, float(squares), mapping, scene.focal_px), float(chance))
                     for corners, squares, mapping, chance in grown
                 ]
     return found
-
-
-def polygon_of(corners: np.ndarray, squares_px2: float, mapping: np.ndarray, focal_px: float) -> Polygon:
-    """The polygon of corners (N,) by its homography (3, 3)."""
-    centre_px = (float(mapping[0, 2]), float(mapping[1, 2]))
-    return Polygon(corners, squares_px2, stretch(mapping), centre_px, mapping, focal_px)
 
 
 def least_likely_part(
@@ -148,7 +151,7 @@ def least_likely_part(
     )
     if chance == math.inf:
         return None
-    return Candidate(polygon_of(corners, squares_px2, mapping, template.focal_px), chance)
+    return Candidate(Polygon(corners, squares_px2, mapping, template.focal_px), chance)
 
 
 def refitted(
@@ -157,7 +160,7 @@ def refitted(
     """The polygon of these corners (N,), fitted as a pose from near a homography (3, 3)."""
     points = np.ascontiguousarray(points_px, dtype=float)
     squares_px2, mapping = as_pose(RingTemplate(points, unit, float(focal_px), 0.0), corners, mapping)
-    return polygon_of(corners, float(squares_px2), mapping, focal_px)
+    return Polygon(corners, float(squares_px2), mapping, focal_px)
 
 
 def candidates_from(

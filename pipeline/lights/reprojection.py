@@ -314,3 +314,13 @@ def flatten(mapping: np.ndarray, places: np.ndarray, flat: np.ndarray) -> float:
         flat[k, 0], flat[k, 1] = np.hypot(x, y) - 1, np.arctan2(y, x)
         near += flat[k, 0] < 1
     return near
+
+
+@compiled
+def turned(mapping: np.ndarray, roll: float) -> np.ndarray:
+    """A map (3, 3) of a plane that is turned by an angle before."""
+    cos, sin, result = np.cos(roll), np.sin(roll), mapping.copy()
+    for row in range(3):
+        result[row, 0] = cos * mapping[row, 0] + sin * mapping[row, 1]
+        result[row, 1] = cos * mapping[row, 1] - sin * mapping[row, 0]
+    return result

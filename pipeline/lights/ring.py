@@ -50,6 +50,7 @@ from dockpose.lights.triples import FEW_POINTS
 
 # A large light's centre may lie this share of its diameter off the ellipse, see also TOLERANCE_OF_AXIS.
 TOLERANCE_OF_LIGHT = 0.15
+_SURELY = 3.0  # standard errors by which a ring must be farther away to be so
 # Rings of lights in their places, these alone with many lights, or with none missing, and rings whose lights are off
 # their places.
 Kind = Literal["exact", "of many", "whole", "handmade"]
@@ -256,7 +257,7 @@ def _best(found: list[Candidate], scene: Scene) -> tuple[Candidate, int]:
     # Lamps a little out of their places move ranges, too: then it is open whether the nearer or the brighter is it.
     built = TOLERANCE_OF_AXIS * math.sqrt(2 / len(surest.members)) * reach
     within, open_within = (
-        [k for k, (away, error) in enumerate(places) if away - reach <= 3 * math.hypot(sigma, error) + off]
+        [k for k, (away, error) in enumerate(places) if away - reach <= _SURELY * math.hypot(sigma, error) + off]
         for off in (0.0, built)
     )
     best, brightest = (max(those, key=light.__getitem__) for those in (within, open_within))

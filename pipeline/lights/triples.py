@@ -17,6 +17,7 @@ _STEPS = ((1, 1), (2, 2), (1, 2), (2, 1))
 _WIDEST_STEP = 4  # where there are few points
 # The predicted corners and how far from them a point may lie, in spacings: perspective bends what is farther away.
 _NEXT_TOLERANCE, _FAR_TOLERANCE = 0.2, 0.35
+_MOST_UNEQUAL = 4.0  # spacings on both sides of a corner, one over the other: narrow rings seen along their rim
 _EXACT = 0.03  # of the spacing: nearer is no better
 _FAR_AWAY = 1e9  # pixels
 _LEAST_BEND = 0.04  # at the second of three points, as the sine of the angle: of less they are in line
@@ -120,7 +121,7 @@ def promising(
                 for judge in range(len(steps)):
                     one, two = steps[judge, 0], steps[judge, 1]
                     a, b = long[i] / one, long[j] / two
-                    if even and (a > 4 * b or b > 4 * a or (one == two and j < i)):
+                    if even and (a > _MOST_UNEQUAL * b or b > _MOST_UNEQUAL * a or (one == two and j < i)):
                         continue
                     score = _score(
                         weights, within, judge, others_x, others_y, x[i], y[i], x[j], y[j], min(a, b), focal_px, least

@@ -4,9 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 from dockpose.compiled import compiled
-from dockpose.lights.centroids import median_along_edge, window_at
-
-_NORMAL = 0.886  # standard deviation of normal numbers over the mean absolute difference of two of them
+from dockpose.lights.centroids import NORMAL, median_along_edge, window_at
+from dockpose.pixels.flood import joined
 
 
 class Spots(NamedTuple):
@@ -85,36 +84,21 @@ def _fill(grey: np.ndarray, row: int, column: int, far: int, line: np.ndarray) -
     if peak <= water:
         return
     half = (water + peak) / 2
-    across = right - left + 1
-    seen = np.zeros((bottom - top + 1) * across, np.bool_)
-    waiting = np.empty(len(seen), np.int64)
-    waiting[0], count = (row - top) * across + column - left, 1
-    seen[waiting[0]] = True
+    pixels = joined(grey, row, column, np.nextafter(half, np.inf), (top, bottom), (left, right))
     total, sum_x, sum_y = 0.0, 0.0, 0.0
-    box = np.array([column, row, column, row])
-    is_cut = 0.0
-    while count > 0:
-        count -= 1
-        y, x = top + waiting[count] // across, left + waiting[count] % across
+    for y, x in pixels:
         weight = grey[y, x] - half
         total, sum_x, sum_y = total + weight, sum_x + weight * (x - column), sum_y + weight * (y - row)
-        box[0], box[1], box[2], box[3] = min(box[0], x), min(box[1], y), max(box[2], x), max(box[3], y)
-        if x == 0 or y == 0 or x == width - 1 or y == height - 1:
-            is_cut = 1.0
-        for beside_y in range(max(top, y - 1), min(bottom, y + 1) + 1):
-            for beside_x in range(max(left, x - 1), min(right, x + 1) + 1):
-                place = (beside_y - top) * across + beside_x - left
-                if not seen[place] and grey[beside_y, beside_x] > half:
-                    seen[place] = True
-                    waiting[count] = place
-                    count += 1
+    rows, columns = pixels[:, 0], pixels[:, 1]
+    box = columns.min(), rows.min(), columns.max(), rows.max()
+    is_cut = box[0] == 0 or box[1] == 0 or box[2] == width - 1 or box[3] == height - 1
     steps = 0.0
     for x in range(left + 1, right + 1):
         steps += abs(float(grey[top, x]) - float(grey[top, x - 1]))
         steps += abs(float(grey[bottom, x]) - float(grey[bottom, x - 1]))
     line[0], line[1] = column + sum_x / total, row + sum_y / total
     line[2], line[3] = total / (peak - half), peak - water
-    line[4] = _NORMAL * steps / max(1, 2 * (right - left))
+    line[4] = NORMAL * steps / max(1, 2 * (right - left))
     line[5], line[10] = peak, is_cut
     for side in range(4):
         line[6 + side] = box[side]

@@ -199,6 +199,28 @@ def _runs(index: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @compiled
+def joined(
+    values: np.ndarray, row: int, column: int, least: float, rows: tuple[int, int], columns: tuple[int, int]
+) -> np.ndarray:
+    """Rows and columns (K, 2) of pixels at or above a level that are joined to one, from a first to a last of both."""
+    (top, bottom), (left, right) = rows, columns
+    is_seen = np.zeros((bottom - top + 1, right - left + 1), np.bool_)
+    found, count, looked_at = np.empty((is_seen.size, 2), np.int64), 1, 0
+    found[0] = row, column
+    is_seen[row - top, column - left] = True
+    while looked_at < count:
+        y, x = found[looked_at]
+        looked_at += 1
+        for beside_y in range(max(top, y - 1), min(bottom, y + 1) + 1):
+            for beside_x in range(max(left, x - 1), min(right, x + 1) + 1):
+                if values[beside_y, beside_x] >= least and not is_seen[beside_y - top, beside_x - left]:
+                    is_seen[beside_y - top, beside_x - left] = True
+                    found[count] = beside_y, beside_x
+                    count += 1
+    return found[:count]
+
+
+@compiled
 def outline(index: np.ndarray, labels: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
     """Which pixels (n,) are on their group's outline, and which (n,) touch another group or the edge."""
     beside = touching(index, width)

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from dockpose.compiled import compiled, compiled_bare
 from dockpose.pixels.bright import PixelGroups, pixels_at
+from dockpose.pixels.flood import joined
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 MOST_PX = 2_100_000  # of the picture, for time: of a larger one the finest scales are left out
@@ -102,26 +103,15 @@ def _own(response: np.ndarray, places: np.ndarray, reach: int, owner: np.ndarray
     A pixel that two lights reach belongs to the clearer, which comes first.
     """
     height, width = response.shape
-    side = 2 * reach + 1
-    waiting, total = np.empty((side * side, 2), np.int64), 0
+    total = 0
     for light in range(len(places)):
         row, column = places[light]
-        least = _HALF * response[row, column]
-        is_seen = np.zeros((side, side), np.bool_)
-        waiting[0], left, is_seen[reach, reach] = places[light], 1, True
-        while left:
-            left -= 1
-            y, x = waiting[left]
+        rows = max(0, row - reach), min(height - 1, row + reach)
+        columns = max(0, column - reach), min(width - 1, column + reach)
+        for y, x in joined(response, row, column, _HALF * response[row, column], rows, columns):
             if owner[y, x] < 0:
                 owner[y, x] = light
                 total += 1
-            for down in range(max(0, row - reach, y - 1), min(height, row + reach + 1, y + 2)):
-                for right in range(max(0, column - reach, x - 1), min(width, column + reach + 1, x + 2)):
-                    seen = down - row + reach, right - column + reach
-                    if response[down, right] >= least and not is_seen[seen]:
-                        is_seen[seen] = True
-                        waiting[left, 0], waiting[left, 1] = down, right
-                        left += 1
     return total
 
 

@@ -135,7 +135,7 @@ def ellipse_from_conic(conic: Any, rms_px: float = 0.0) -> Ellipse:
     A, B, C, *_ = conic
     if 4 * A * C <= B * B:
         raise NoEllipseError("the points lie on a hyperbola or a parabola, not on an ellipse")
-    x, y, major, minor, angle_rad = axes_of(conic)
+    x, y, major, minor, angle_rad = map(float, axes_of(conic))  # as it is without compiling, too
     if not minor > 0:
         raise NoEllipseError("no point of the plane lies on this ellipse")
     return Ellipse(conic / math.copysign(np.linalg.norm(conic), A + C), (x, y), (major, minor), angle_rad, rms_px)

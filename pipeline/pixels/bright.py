@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from dockpose.compiled import compiled_bare
+from dockpose.compiled import compiled, compiled_bare
 from dockpose.pixels.flood import (
     LEVELS,
     Shapes,
@@ -18,6 +18,7 @@ from dockpose.pixels.flood import (
     to_means,
 )
 
+_RUN = 256  # pixels
 # Levels so near the top are saturated: noise and compression lower some.
 SATURATED = 250
 
@@ -139,8 +140,8 @@ class SquareGroups:
 
 def bright_pixels(levels: np.ndarray, floor: int) -> BrightPixels:
     """Pixels of a (H, W) uint8 picture at or above ``floor``."""
-    index = np.flatnonzero(levels >= floor).astype(_index_type(levels))
-    return BrightPixels(floor, levels.shape[1], index, levels.ravel()[index].astype(np.int32))
+    index, level = _at_least(levels.ravel(), floor, np.empty(0, _index_type(levels)))
+    return BrightPixels(floor, levels.shape[1], index, level)
 
 
 def pixels_at(levels: np.ndarray, index: np.ndarray) -> BrightPixels:
@@ -151,6 +152,30 @@ def pixels_at(levels: np.ndarray, index: np.ndarray) -> BrightPixels:
 
 def _index_type(levels: np.ndarray) -> type[np.integer]:
     return np.int32 if levels.size <= np.iinfo(np.int32).max else np.int64
+
+
+@compiled
+def _at_least(flat: np.ndarray, floor: int, index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n,) of the pixels at or above ``floor``, of the type of ``index``, and their levels (n,)."""
+    # The brightest of a run is found in a few instructions, and most runs hold no bright pixel.
+    runs = -(-len(flat) // _RUN)
+    has_bright, most = np.empty(runs, np.bool_), 0
+    for run in range(runs):
+        brightest = np.uint8(0)
+        for level in flat[run * _RUN : (run + 1) * _RUN]:
+            brightest = max(brightest, level)
+        has_bright[run] = brightest >= floor
+        if has_bright[run]:
+            for level in flat[run * _RUN : (run + 1) * _RUN]:
+                most += level >= floor
+    index, levels, count = np.empty(most, index.dtype), np.empty(most, np.int32), 0
+    for run in range(runs):
+        if has_bright[run]:
+            for place in range(run * _RUN, min(len(flat), (run + 1) * _RUN)):
+                if flat[place] >= floor:
+                    index[count], levels[count] = place, flat[place]
+                    count += 1
+    return index, levels
 
 
 def brightest_of_squares(levels: np.ndarray, side: int) -> np.ndarray:
@@ -167,12 +192,22 @@ def brightest_of_squares(levels: np.ndarray, side: int) -> np.ndarray:
     return np.ascontiguousarray(columns)
 
 
+@compiled
 def squares_of(index: np.ndarray, width: int, side: int) -> np.ndarray:
     """The square (n,) of ``side`` by ``side`` pixels that each pixel is in, counted row by row."""
-    rows = index // width
-    return rows // side * -(-width // side) + (index - rows * width) // side
+    across, square_of = -(-width // side), np.empty(len(index), np.int64)
+    # Divisions take longer than all the rest: one for each row and each column is enough.
+    of_column = np.arange(width) // side
+    row_starts, first = -width, 0
+    for pixel in range(len(index)):
+        if index[pixel] >= row_starts + width:
+            row = index[pixel] // width
+            row_starts, first = row * width, row // side * across
+        square_of[pixel] = first + of_column[index[pixel] - row_starts]
+    return square_of
 
 
+@compiled
 def coarsen(
     index: np.ndarray, value: np.ndarray, width: int, shrink: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
@@ -180,8 +215,12 @@ def coarsen(
     across, down = -(-width // shrink), index[-1] // width // shrink + 1
     highest = np.full(across * down, -1, value.dtype)
     square_of = squares_of(index, width, shrink)
-    np.maximum.at(highest, square_of, value)
-    squares, number_of = np.flatnonzero(highest >= 0), np.cumsum(highest >= 0) - 1
+    for pixel in range(len(index)):
+        highest[square_of[pixel]] = max(highest[square_of[pixel]], value[pixel])
+    squares = np.flatnonzero(highest >= 0)
+    number_of = np.empty(across * down, np.int64)
+    for number in range(len(squares)):
+        number_of[squares[number]] = number
     return squares, highest[squares], number_of[square_of], across
 
 

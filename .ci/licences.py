@@ -18,7 +18,7 @@ OpenCV's wheel contains an FFmpeg under the LGPL.
 | package | version | for | licence |
 |---|---|---|---|
 """
-_EXTRAS = ("", "cluster", "mavlink", "ros")
+_EXTRAS = ("", "mavlink", "ros")
 
 
 def licence_of(name: str) -> str:

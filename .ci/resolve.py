@@ -9,7 +9,7 @@ from pathlib import Path
 from packaging.requirements import Requirement
 
 ROOT = Path(__file__).resolve().parents[1]
-EXTRAS = ("cluster", "mavlink", "ros")  # that users install
+EXTRAS = ("mavlink", "ros")  # that users install
 
 
 def main() -> int:

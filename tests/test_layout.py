@@ -11,7 +11,7 @@ from tests.support.layout import HOUSES, ROOT
 
 MOST_LINES = 340
 # Of each package. Lowered by whoever takes lines away; a change that needs more takes others out in the same commit.
-MOST_IN_ALL = {"app": 17_628, "pipeline": 26_560}
+MOST_IN_ALL = {"app": 17_605, "pipeline": 26_560}
 
 # Imports against the order that are still to be cut.
 STILL_WRONG: set[tuple[str, str]] = set()
@@ -116,7 +116,7 @@ def test_each_dependency_is_imported_somewhere():
     modules = {"opencv-python-headless": "cv2", "scikit-image": "skimage", "pyyaml": "yaml", "pillow": "PIL"}
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"]
-    needs = [*project["dependencies"], *extras["cluster"], *extras["ros"], *extras["mavlink"]]
+    needs = [*project["dependencies"], *extras["ros"], *extras["mavlink"]]
     text = "\n".join(path.read_text(encoding="utf-8") for house in HOUSES for path in layout.files(house))
     for need in needs:
         name = re.split(r"[\[<>=!~ ]", need)[0]

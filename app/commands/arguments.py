@@ -74,7 +74,7 @@ def _read_by(arguments: argparse.Namespace) -> Iterator[Path]:
 
 def is_split(arguments: argparse.Namespace) -> bool:
     """Whether pictures, or chunks of frames, go to other processes."""
-    return arguments.jobs > 1 or arguments.scheduler is not None
+    return arguments.jobs > 1
 
 
 def check_least(arguments: argparse.Namespace, **least: int) -> None:

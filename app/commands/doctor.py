@@ -22,7 +22,7 @@ OK, WARNING, BROKEN = "ok", "warning", "broken"
 _NEEDED = ("dockpose", "numpy", "scipy", "scikit-image", "numba", "av", "viser", "msgspec", "matplotlib")
 # All builds of OpenCV are the one folder cv2.
 _OPTIONAL = ("opencv-python-headless", "opencv-python", "opencv-contrib-python", "opencv-contrib-python-headless")
-_OPTIONAL += ("pandas", "distributed", "rosbags", "mcap")
+_OPTIONAL += ("pandas", "rosbags", "mcap")
 _FEW_NEED = ("tiff", "bmp", "webp", "hevc", "av1")
 _PICTURES, _VIDEOS = ("png", "jpg", "tiff", "bmp", "webp"), ("ffv1", "mjpeg", "h264", "hevc", "av1")
 _MOST_ERROR_M, _MOST_ERROR_DEG = 0.005, 0.5

@@ -191,7 +191,7 @@ def _estimate_pictures(
     if given.is_split(how):
         from dockpose.app.processing.parallel import PictureWork, split, workers
 
-        with workers(how.jobs, how.scheduler) as (executor, at_once):
+        with workers(how.jobs) as (executor, at_once):
             for one in split(PictureWork(batch.files), executor, at_once, auto_masks, settings):
                 if one.estimate is None:
                     batch.skip(one.message)

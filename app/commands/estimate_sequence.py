@@ -135,7 +135,7 @@ class _Run:
 
     def _split(self, count: int) -> Iterator[tuple[Found, Followed]]:
         work = SequenceWork(self._source, self.camera, self._dock, count)
-        with workers(self._how.jobs, self._how.scheduler) as (executor, at_once):
+        with workers(self._how.jobs) as (executor, at_once):
             for found in split(work, executor, at_once, self._following.masks, self._settings):
                 if found.estimate is None:
                     self.skipped += found.skipped

@@ -82,7 +82,7 @@ def run_study(arguments: argparse.Namespace) -> int:
     # Matplotlib takes a while to load, which the other commands need not wait for.
     from dockpose.app.export.study.report import study
 
-    given = arguments.out, arguments.scenes, arguments.seed, arguments.jobs, arguments.scheduler
+    given = arguments.out, arguments.scenes, arguments.seed, arguments.jobs
     with FrameProgress("study", total=arguments.scenes, unit="scenes") as progress:
         page = study(*given, progress.step)
     say(f"the page is {page}")

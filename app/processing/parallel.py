@@ -1,4 +1,4 @@
-"""Estimates of frames by several processes or on a Dask cluster, the same as by one."""
+"""Estimates of frames by several processes, the same as by one."""
 # Chunks start at frames that are searched, so they are independent. They are done before the automatic masks of earlier
 # chunks are known; where these change the settings, the rest is done again.
 
@@ -18,7 +18,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from dockpose import Camera, Dock, Estimate, Settings
-from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import PictureFile
 from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.processing.masks import AutoMasks
@@ -27,7 +26,6 @@ from dockpose.tracking.search import BLOCK, Search
 
 _LARGEST_CHUNK = 3 * BLOCK  # frames; a decoder starts at a key frame, often one in 250
 _CHUNKS_EACH = 4  # for each worker at least, so that none waits long for the last
-SCHEDULER_TIMEOUT_S = 10.0
 _AHEAD = 2  # submitted chunks for each worker
 _MOST_ON_WINDOWS = 61  # processes, for which Python can wait there
 
@@ -134,12 +132,8 @@ def _as_typed(text: str, names: Sequence[str], folder: str) -> str:
 
 
 @contextlib.contextmanager
-def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
-    """Yield an executor and its number of workers: ``jobs`` processes here, or those of a Dask scheduler."""
-    if scheduler is not None:
-        with _cluster(scheduler) as found:
-            yield found
-        return
+def workers(jobs: int) -> Iterator[tuple[Executor, int]]:
+    """Yield an executor of ``jobs`` processes, and how many these are."""
     jobs = min(jobs, _MOST_ON_WINDOWS) if sys.platform == "win32" else jobs
     context = multiprocessing.get_context("spawn")  # a fork would copy locks that other threads hold
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_leave_interrupts)
@@ -205,20 +199,3 @@ def _leave_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if (parent := multiprocessing.parent_process()) is not None:
         threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
-
-
-@contextlib.contextmanager
-def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
-    try:
-        from distributed import Client  # pyright: ignore[reportMissingImports]
-    except ImportError as error:
-        raise UserError(f"--scheduler {address} needs Dask: pip install 'dockpose[cluster]'") from error
-    try:
-        client = Client(address, timeout=SCHEDULER_TIMEOUT_S)
-    except (OSError, ValueError) as error:
-        raise UserError(f"--scheduler {address}: no Dask scheduler answers there") from error
-    with client:
-        count: int = sum(client.ncores().values())  # pyright: ignore[reportAttributeAccessIssue]  # not asynchronous here
-        if count == 0:
-            raise UserError(f"--scheduler {address}: the cluster has no workers")
-        yield client.get_executor(pure=False), count

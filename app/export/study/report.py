@@ -39,12 +39,12 @@ _OF_ALL = ("either_right", "position_right", "wrong_pose", "refused", "false_doc
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
-def study(out: Path, scenes: int, seed: int, jobs: int, scheduler: str | None, done: Callable[[], None]) -> Path:
+def study(out: Path, scenes: int, seed: int, jobs: int, done: Callable[[], None]) -> Path:
     """Try every method on random scenes, and write the report of that; ``done`` hears of each scene."""
     make_folder(out)
     os.environ |= dict.fromkeys(_THREADS, "1")  # idle threads of the workers' linear algebra would take their cores
     rows: list[Row] = []
-    with workers(jobs, scheduler) as (executor, _):
+    with workers(jobs) as (executor, _):
         for found in executor.map(functools.partial(_rows_of, seed), range(scenes)):
             rows += found
             done()

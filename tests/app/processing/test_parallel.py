@@ -5,7 +5,6 @@ import struct
 import sys
 import threading
 import time
-import warnings
 from pathlib import Path
 
 import cv2
@@ -19,7 +18,6 @@ from dockpose.simulate import Approach, FilmPlan, film
 from dockpose.simulate.files import save_sequence
 from dockpose.simulate.parts import Text
 
-from tests.support.cluster import dask_cluster
 from tests.support.scenes import CAMERA, random_scene
 
 FRAMES = 110  # more than a block
@@ -71,26 +69,6 @@ def test_processes_give_the_same_lines_in_the_same_order(tank, monkeypatch, caps
     assert alone[0] == (1 if source[0] == "pictures" else 0)
 
 
-@pytest.mark.extra
-@pytest.mark.slow
-def test_a_dask_cluster_gives_the_same_lines(tank, monkeypatch, capsys):
-    monkeypatch.chdir(tank)
-    alone = run(["film.avi"], capsys)
-    with dask_cluster() as address:
-        assert run(["film.avi", "--scheduler", address], capsys) == alone
-    assert len(alone[1]) == FRAMES
-
-
-@pytest.mark.extra
-def test_a_scheduler_that_does_not_answer_is_told(tank, monkeypatch, capsys):
-    monkeypatch.chdir(tank)
-    monkeypatch.setattr("dockpose.app.processing.parallel.SCHEDULER_TIMEOUT_S", 0.5)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        assert main(["estimate", "film.avi", "--scheduler", "tcp://127.0.0.1:9"]) == 2
-    assert "no Dask scheduler answers" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(("system", "processes"), [("win32", 61), ("linux", 64), ("darwin", 64)])
 def test_windows_waits_for_no_more_processes_than_it_can(system, processes, monkeypatch):
     made = []
@@ -104,7 +82,7 @@ def test_windows_waits_for_no_more_processes_than_it_can(system, processes, monk
 
     monkeypatch.setattr(parallel, "ProcessPoolExecutor", Pool)
     monkeypatch.setattr(parallel.sys, "platform", system)
-    with workers(64, None) as (_, jobs):
+    with workers(64) as (_, jobs):
         assert [jobs] == made == [processes]
 
 
@@ -121,7 +99,7 @@ def test_a_worker_that_is_ended_while_it_sends_holds_nobody_up(tmp_path):
     sign = tmp_path / "sent"
 
     def interrupted():
-        with contextlib.suppress(KeyboardInterrupt), workers(1, None) as (executor, _):
+        with contextlib.suppress(KeyboardInterrupt), workers(1) as (executor, _):
             executor.submit(begin_a_result, sign)
             while not sign.exists():
                 time.sleep(0.01)

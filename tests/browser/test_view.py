@@ -318,6 +318,7 @@ def test_tall_picture_is_shown_whole(page):
     page.upload("tall.png", data.tobytes())
     page.until(lambda: "tall.png" in page.status)
     page.until(lambda: pixels(page).shape == (900, 300, 3))
+    page.until(lambda: page.page.locator(f"{STAGE}[data-flat]").count() == 0)  # by then the canvas has its place
     press(page, "fit")
     stage = page.page.locator(STAGE).bounding_box()
     (x0, y0), (x1, y1) = on_screen(page, 0, 0), on_screen(page, 299, 899)

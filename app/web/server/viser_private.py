@@ -233,16 +233,18 @@ def protect_broadcasts(server: viser.ViserServer) -> None:
 
 
 class _EventOfLoop(asyncio.Event):
-    """An event that another thread may set: then it only becomes true, and whoever waits is woken by its loop."""
+    """An event that another thread may set: then it only becomes true, and whoever waits is woken by its loop.
+
+    The other thread may have a loop of its own.
+    """
 
     def set(self) -> None:
-        try:
-            asyncio.get_running_loop()
-        except RuntimeError:
-            self._value = True
-        else:
+        waited_in = getattr(self, "_loop", None)  # None before anybody waits
+        if waited_in is not None and asyncio._get_running_loop() is waited_in:
             self._value = False  # or it would wake nobody
             super().set()
+        else:
+            self._value = True
 
 
 def wake_from_the_loop() -> None:

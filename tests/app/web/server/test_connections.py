@@ -184,11 +184,22 @@ def test_a_frame_that_is_none_closes_its_sender_with_a_line(app, visitors, caplo
     assert words in lines()[0]
 
 
-def test_a_message_may_be_queued_while_browsers_come_and_go(app):
+@pytest.mark.parametrize("has_own_loop", [False, True])
+def test_a_message_may_be_queued_while_browsers_come_and_go(app, has_own_loop):
     """A thread that queues a message does not walk through those who wait, whom the loop takes out meanwhile."""
 
     async def queue_beside():
         buffer = AsyncMessageBuffer(asyncio.get_running_loop(), persistent_messages=True)
+        assert buffer.message_event._get_loop() is asyncio.get_running_loop()  # as whoever waits does
+
+        async def push(message):
+            buffer.push(message)
+
+        def push_from_a_thread(message):
+            if has_own_loop:
+                asyncio.run(push(message))
+            else:
+                buffer.push(message)
 
         class Leaving(asyncio.Future):
             """Who waits, and is taken out as soon as somebody walks by."""
@@ -199,13 +210,13 @@ def test_a_message_may_be_queued_while_browsers_come_and_go(app):
 
         waiting = buffer.message_event._waiters
         waiting.extend((Leaving(), Leaving()))
-        await asyncio.to_thread(buffer.push, messages.GuiUpdateMessage("a", {"value": 1}))
+        await asyncio.to_thread(push_from_a_thread, messages.GuiUpdateMessage("a", {"value": 1}))
         assert buffer.message_event.is_set()
         waiting.clear()
         buffer.message_event.clear()
         waiter = asyncio.create_task(buffer.message_event.wait())
         await asyncio.sleep(0)
-        await asyncio.to_thread(buffer.push, messages.GuiUpdateMessage("b", {"value": 1}))
+        await asyncio.to_thread(push_from_a_thread, messages.GuiUpdateMessage("b", {"value": 1}))
         assert await asyncio.wait_for(waiter, 5)
 
     asyncio.run(queue_beside())

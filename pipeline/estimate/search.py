@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.camera.image import darkest_channel
@@ -108,7 +107,7 @@ def _of_another_number(
     """A whole ring of even lights, beyond chance, of another number than the dock's; None where there is none."""
     if dock.lights is None or dock.angles_deg or dock.offsets_m:
         return None
-    free = msgspec.structs.replace(dock, lights=None)
+    free = dock.with_lights(None)
     found = detect_once(clear, picture, camera, free, settings, "whole")
     if found.status != "ok" or found.log_chance >= NO_CHANCE:
         return None

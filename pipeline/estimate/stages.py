@@ -7,7 +7,6 @@ from functools import cached_property
 from operator import attrgetter
 from typing import Any
 
-import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.camera.tone import linear, linear_level
@@ -82,12 +81,12 @@ def judge_ring(
     """Status, message, stages and log of the chance of a ring; its threshold, markers and ring are in ``stages``."""
     ring, told = stages["ring"], dock
     if ring.focal_px is None and ring.lights and ring.on_ring.sum() < MIN_POINTS:
-        dock = msgspec.structs.replace(dock, lights=ring.lights)
+        dock = dock.with_lights(ring.lights)
     try:
         ellipse, choice, log_chance, reason = _accepted(ring, picture, stages["markers"], camera, dock)
         part = None
         if choice.lights is None and choice.focal_px is None:
-            known = msgspec.structs.replace(dock, lights=dock.lights or ring.lights)
+            known = dock.with_lights(dock.lights or ring.lights)
             part = evenly_spaced_part(ring, stages["markers"], choice, camera, known)
         if part is not None:
             ring = part

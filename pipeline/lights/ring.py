@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import Literal
 
-import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
@@ -220,7 +219,7 @@ def _more_of_size(
     """Rings of as many lights as the surest among the rest of the points, as the dock whose image is brighter."""
     more: list[Candidate] = []
     lights, used = len(found[0].members), frozenset().union(*(one.members for one in found))
-    alike = msgspec.structs.replace(dock, lights=found[0].sides)
+    alike = dock.with_lights(found[0].sides)
     bright = scene.brightness[list(found[0].members)].min() / _TIMES_AS_BRIGHT
     order = order[scene.brightness[order] > bright]
     while len(found) + len(more) < _MOST_RINGS:

@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
@@ -44,16 +43,16 @@ def accept_pose(
     ellipse, choice = find_poses(lights.points_px, camera, dock, ring.ellipse, lights.covariances_px2)
     other = None if ring.focal_px is None or ring.lights is None else (ring.focal_px, ring.lights)
     if other is not None:  # the spacing would only tell how wrong the camera is
-        dock = msgspec.structs.replace(dock, lights=None)
+        dock = dock.with_lights(None)
         ellipse, choice = poses_by_side(lights.points_px, camera, dock, *other, ring.ellipse)
     number = dock.lights if other is not None else dock.lights or choice.number
-    numbered = dock if number == dock.lights else msgspec.structs.replace(dock, lights=number)
+    numbered = dock if number == dock.lights else dock.with_lights(number)
     log_chance = log_chance_of_ring(ring, markers, ellipse, choice, camera, numbered, area_px2)
     reason = why_no_dock(ring, markers, choice, camera, numbered, log_chance)
     if reason is None and other is None:
         other = other_focal_px(lights.points_px, camera, dock, ellipse, choice)
         if other is not None:
-            dock = msgspec.structs.replace(dock, lights=None)
+            dock = dock.with_lights(None)
             ellipse, choice = poses_by_side(lights.points_px, camera, dock, *other, ellipse)
     return ellipse, choice, log_chance, reason
 

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.camera.sigma import errors_of, moved
@@ -63,7 +62,7 @@ class SharedErrors:
             places_m = np.full((len(flat), 3), depth_m)
             places_m[:, :2] = flat
             return places_m
-        dock = self.dock if self.dock.lights is not None else msgspec.structs.replace(self.dock, lights=_AROUND)
+        dock = self.dock if self.dock.lights is not None else self.dock.with_lights(_AROUND)
         return dock.light_points()
 
     def _by_camera(self, points_m: np.ndarray, images_px: np.ndarray) -> np.ndarray:

@@ -38,7 +38,7 @@ def other_focal_px(
         return None
     # A number that was taken by this camera may be wrong as well, where lights are that far off their places by it.
     is_doubtful = own_px > _DOUBTFUL * max(ellipse.rms_px, LEAST_PX)
-    known = dock if is_doubtful else msgspec.structs.replace(dock, lights=dock.lights or choice.number)
+    known = dock if is_doubtful else dock.with_lights(dock.lights or choice.number)
 
     def placed(times: float) -> tuple[float, float, int]:
         other = msgspec.structs.replace(camera, fx=times * camera.fx, fy=times * camera.fy)
@@ -71,7 +71,7 @@ def poses_by_side(
     ellipse, poses = both_poses(points_px, camera, dock, ellipse)
     scale = focal_px / math.sqrt(camera.fx * camera.fy)
     other = msgspec.structs.replace(camera, fx=scale * camera.fx, fy=scale * camera.fy)
-    told = find_poses(points_px, other, msgspec.structs.replace(dock, lights=lights))[1]
+    told = find_poses(points_px, other, dock.with_lights(lights))[1]
     first = 0.5
     if told.lights is not None and len(points_px) * 2 > _NUMBERS:
         seen_px = camera.undistort(points_px)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import cv2
-import msgspec
 import numpy as np
 from dockpose.estimate.flow import picture_in
 from dockpose.estimate.result import Estimate
@@ -125,7 +124,7 @@ def missing_px(found: Estimate) -> np.ndarray:
     assert choice is not None
     assert markers is not None
     if dock.lights is None and ring.lights:
-        dock = msgspec.structs.replace(dock, lights=ring.lights)
+        dock = dock.with_lights(ring.lights)
     nothing = np.empty((0, 2))
     if dock.lights is None or choice.lights is None:
         return nothing

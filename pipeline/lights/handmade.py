@@ -78,8 +78,7 @@ def _best_of(
 ) -> tuple[np.ndarray, np.ndarray]:
     """As ``_begun``, of conics (T, 6) among places (M, 2)."""
     width = 1 + max(numbers.max(), 1)
-    corners, mappings = np.full((most, width), -1), np.zeros((most, 3, 3))
-    worths = np.zeros(most)
+    corners, mappings, worths = np.full((most, width), -1), np.zeros((most, 3, 3)), np.zeros(most)
     own, logs, mapping = np.full(width, -1), np.empty(width), np.empty((3, 3))
     flat = np.empty((len(places), 2))
     if len(numbers) > 1:
@@ -123,9 +122,10 @@ def _off_all(conics: np.ndarray, places: np.ndarray, least_radius: float) -> np.
 def _set_affine(conic: np.ndarray, least_radius: float, mapping: np.ndarray) -> bool:
     """Fill in the map (3, 3) of the unit circle to a conic (6,), if that is an ellipse that a ring may have."""
     x, y, major, minor, turn = axes_of(conic)
+    turn -= np.copysign(np.pi / 2, turn)  # corners are numbered from the minor axis
     cos, sin = np.cos(turn), np.sin(turn)
-    mapping[0, 0], mapping[0, 1], mapping[0, 2] = major * cos, -minor * sin, x
-    mapping[1, 0], mapping[1, 1], mapping[1, 2] = major * sin, minor * cos, y
+    mapping[0, 0], mapping[0, 1], mapping[0, 2] = minor * cos, -major * sin, x
+    mapping[1, 0], mapping[1, 1], mapping[1, 2] = minor * sin, major * cos, y
     mapping[2, 0], mapping[2, 1], mapping[2, 2] = 0.0, 0.0, 1.0
     return minor > NARROWEST * major and minor > least_radius
 

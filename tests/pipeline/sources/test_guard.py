@@ -52,7 +52,9 @@ def guarded(data, change=lambda number, data: data, threads=1):
     given = {}
     with av.open(io.BytesIO(data), "r") as container:
         stream = container.streams.video[0]
-        stream.thread_type, stream.codec_context.thread_count = "FRAME", threads
+        # As films are opened: of several FFV1 frames at a time FFmpeg spoils that before a damaged one.
+        stream.thread_type = "SLICE" if stream.codec_context.name == "ffv1" else "FRAME"
+        stream.codec_context.thread_count = threads
         guard = Guard(stream.codec_context)
         for number, packet in enumerate(container.demux(stream)):
             changed = change(number, bytes(packet)) if packet.size else b""

@@ -15,6 +15,8 @@ from dockpose.lights.markers import Markers
 # half a pixel is more than noise does to a centre. Of a dock that is built less exactly another is looked at, too; one
 # that shows it to a hundredth of the radius, half of what docks are built to, will do.
 _EXACT_PX, EXACT_OF_AXIS, _MOST_OF, NO_CHANCE = 0.5, 0.01, 0.75, math.log(1e-6)
+# What shows no ring so rare as this by chance, by no size of lights, shows none in white either.
+_HINT = 0.05
 # What is accepted among others, over ten: about so many scales are looked at, each with points of its own. Four lights
 # are hardly ever surer than that.
 LITTLE_CHANCE = math.log(ACCEPTED_AMONG_OTHERS / 10)
@@ -42,6 +44,12 @@ class Attempt:
             return False
         complete = count >= max(least, _MOST_OF * (ring.lights or count))
         return complete and rms_px <= max(_EXACT_PX, of_axis * ellipse.semi_axes_px[0])
+
+    @property
+    def hints_at_ring(self) -> bool:
+        """Whether there is a ring, or might be one that is less than sure."""
+        ring = self.stages.get("ring")
+        return ring is not None and (ring.found or ring.least_log_chance < math.log(_HINT))
 
     @property
     def suggests_count(self) -> bool:

@@ -11,7 +11,7 @@ from dockpose.camera.image import darkest_channel
 from dockpose.dock import Dock
 from dockpose.estimate.attempt import EXACT_OF_AXIS, LITTLE_CHANCE, NO_CHANCE, Attempt
 from dockpose.estimate.stages import Picture, detect_once
-from dockpose.lights.chance import FIRST_POINTS
+from dockpose.lights.chance import FIRST_POINTS, NUMBERS
 from dockpose.lights.ellipse import MIN_POINTS
 from dockpose.lights.growing import TOLERANCE_OF_AXIS
 from dockpose.lights.ring import Ring
@@ -21,6 +21,7 @@ from dockpose.thresholds.outlines import by_outlines
 from dockpose.thresholds.scales import at_scales
 
 _CLEAR = 3  # looks in which rings are sought that hands have built
+_COLOURED = 4  # pixels as bright as white lights, for each of theirs, from which on colours hide these
 _OWN = " No one level shows the ring; each light was given its own."
 _OWN_BETTER = " By a level for each light the ring is surer than by one level for all."
 _MIN_CHANNEL = " It shows where the picture is white, in the darkest of its colour channels."
@@ -36,13 +37,13 @@ def search(
     first = detect_once(threshold, picture, camera, dock, settings)
     if settings.method != "hats" or not fall_back or first.is_exact():
         return first.status, first.message, first.stages
-    best = _search_by_light(first, picture, camera, dock, settings)
-    white = False
+    looks, white = [first], False
+    best = _search_by_light(looks, picture, camera, dock, settings)
     own = "" if best is first or best.status != "ok" else _OWN_BETTER if first.status == "ok" else _OWN
     if best.suggests_count:
         return best.status, best.message, best.stages
     if best.status != "ok" or best.stages["ring"].focal_px is not None:
-        second = _search_in_white(picture, camera, dock, settings)
+        second = _search_in_white(looks, picture, camera, dock, settings)
         if second is not None and second.rank() > best.rank():
             best, own, white = second, _MIN_CHANNEL, True
     if best.status != "ok":
@@ -50,8 +51,14 @@ def search(
     return best.status, best.message + own, best.stages | {"min_channel": white}
 
 
-def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Attempt | None:
-    """What the darkest channel shows, as a sure ring or not at all; None of a picture without colours."""
+def _search_in_white(
+    looks: Sequence[Attempt], picture: Picture, camera: Camera, dock: Dock, settings: Settings
+) -> Attempt | None:
+    """What the darkest channel shows, as a sure ring or not at all; None of a picture without colours.
+
+    It is searched where other looks hint at a ring, where white lights stand before colours that are as bright, and for
+    more lights than corners tell, of which other looks show no part.
+    """
     grey = darkest_channel(picture.image)
     if grey is None:
         return None
@@ -60,9 +67,15 @@ def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Set
         grey[counted == 0] = 0
     white = replace(picture, grey=grey, histogram=histogram_of(grey, counted), previous=None, min_channel=True)
     threshold = METHODS[settings.method](white.histogram, settings.min_area_px, settings.level)
+    least = threshold.level * white.histogram.native_step
+    as_bright, of_white = (np.count_nonzero(each >= least) for each in (picture.grey, grey))
+    is_before_colours = as_bright > _COLOURED * of_white and of_white >= MIN_POINTS * settings.min_area_px
+    is_hinted_at = any(one.hints_at_ring for one in looks) or (dock.lights or 0) >= NUMBERS.stop
+    if not (is_before_colours or is_hinted_at):
+        return None
     found = detect_once(threshold, white, camera, dock, settings)
     if not found.is_exact():
-        found = _search_by_light(found, white, camera, dock, settings)
+        found = _search_by_light([found], white, camera, dock, settings)
     return found if found.status == "ok" and found.log_chance < LITTLE_CHANCE else None
 
 
@@ -75,9 +88,9 @@ def _faint(picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> 
             yield found
 
 
-def _search_by_light(first: Attempt, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Attempt:
-    """The best of what one level shows, and of what each light's own level, each scale and each outline do."""
-    best, looks = first, [first]
+def _search_by_light(looks: list[Attempt], picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> Attempt:
+    """The best of what one level shows, first of ``looks``, and of all other ways to tell lights, which are added."""
+    best = looks[0]
     for other, least in _other_looks(picture, settings, dock, looks):
         # Of an unknown number, any few points of some scale make some ring.
         kind = "exact" if dock.lights is not None or least == math.inf else "of many"
@@ -115,10 +128,9 @@ def _of_another_number(
     if ring.focal_px is not None or ring.lights == dock.lights or ring.lights != int(ring.on_ring.sum()):
         return None
     seen = f"{ring.lights} evenly spaced lights are in view; the dock has {dock.lights}: is that right?"
-    stages = found.stages | {"ring": Ring(np.zeros_like(ring.on_ring), seen, lights=ring.lights)}
-    return Attempt(
-        "not_a_ring", seen, {name: stages[name] for name in ("threshold", "markers", "ring")}, found.log_chance
-    )
+    none = Ring(np.zeros_like(ring.on_ring), seen, lights=ring.lights)
+    stages = {name: found.stages[name] for name in ("threshold", "markers")} | {"ring": none}
+    return Attempt("not_a_ring", seen, stages, found.log_chance)
 
 
 def _clear(looks: Sequence[Attempt]) -> Iterator[Attempt]:

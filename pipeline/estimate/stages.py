@@ -65,10 +65,7 @@ def detect_once(
     kind: Kind = "exact",
     earlier: Sequence[Attempt] = (),
 ) -> Attempt:
-    """What is found from a threshold on, or from the groups of an earlier look, of rings of a kind.
-
-    Of groups in which one of the looks that came before it, ``earlier``, found no ring, there is none.
-    """
+    """What is found from a threshold on, or from an attempt's groups, unless an earlier one found no ring in these."""
     status, message, stages = _find_lights(picture, seen, camera, dock, settings, kind, earlier)
     if status != "ok":
         return Attempt(status, message, stages)
@@ -84,10 +81,8 @@ def judge_ring(
         dock = dock.with_lights(ring.lights)
     try:
         ellipse, choice, log_chance, reason = _accepted(ring, picture, stages["markers"], camera, dock)
-        part = None
-        if choice.lights is None and choice.focal_px is None:
-            known = dock.with_lights(dock.lights or ring.lights)
-            part = evenly_spaced_part(ring, stages["markers"], choice, camera, known)
+        known = dock.with_lights(dock.lights or ring.lights)
+        part = evenly_spaced_part(ring, stages["markers"], choice, camera, known)
         if part is not None:
             ring = part
             ellipse, choice, log_chance, reason = _accepted(ring, picture, stages["markers"], camera, dock)
@@ -133,7 +128,9 @@ def _find_lights(
         markers: Markers = seen.stages["markers"].unfitted
         stages: dict[str, Any] = {"threshold": threshold, "markers": markers}
     elif previous is not None and previous.markers is not None and threshold is previous.threshold:
-        ring = _ring_of(previous, camera, dock)
+        # It is that of this camera and dock, too, whatever the dock's diameter.
+        is_same = previous.camera == camera and _LIGHTS_OF(previous.dock) == _LIGHTS_OF(dock)
+        ring = previous.ring if is_same else None
         markers = previous.markers.unfitted if ring is None else previous.markers
         stages = {"threshold": threshold, "markers": markers}
     else:
@@ -143,11 +140,10 @@ def _find_lights(
             light, picture.histogram, threshold, settings.min_area_px, settings.centroid
         )
     count = len(markers)
-    if count == 0 and markers.dropped:
-        small = f"all {markers.dropped} groups at level {threshold.level} are below {settings.min_area_px} pixels"
-        return "no_lights", f"No lights: {small}.", stages
     if count == 0:
-        return "no_lights", f"No lights: {threshold.reason[:1].lower()}{threshold.reason[1:]}", stages
+        small = f"all {markers.dropped} groups at level {threshold.level} are below {settings.min_area_px} pixels."
+        why = small if markers.dropped else f"{threshold.reason[:1].lower()}{threshold.reason[1:]}"
+        return "no_lights", f"No lights: {why}", stages
     if dock.lights is not None and min(4, dock.lights) <= count < MIN_POINTS:
         few = f"{count} groups, too few for an ellipse: their spacing must tell."
         stages["ring"] = Ring(np.ones(count, dtype=bool), few)
@@ -171,11 +167,6 @@ def _find_lights(
         middle_px = camera.cx, camera.cy
         stages["markers"] = with_fitted_centres(markers, ring.on_ring, *picture.light, middle_px)
     return "ok", "", stages
-
-
-def _ring_of(previous: Estimate, camera: Camera, dock: Dock) -> Ring | None:
-    """The ring of another estimate, if it is that of this camera and dock too, whatever the dock's diameter."""
-    return previous.ring if previous.camera == camera and _LIGHTS_OF(previous.dock) == _LIGHTS_OF(dock) else None
 
 
 def _accepted(

@@ -57,6 +57,7 @@ class Scene(NamedTuple):
     focal_px: float  # of the picture
     even: bool  # whether the dock's lights are evenly spaced
     numbers: int  # how many numbers of lights are tried
+    least: np.ndarray  # (1,): log of the least chance of all rings that were judged, kept or not; written to
 
 
 NONE_NEAR, NO_STRINGS, ALIKE = Near(0, 0, 0, 0), Strings(np.empty(0), 0), (-1.0, -1.0)
@@ -75,7 +76,7 @@ def log_chance_of(
 
     Of lights at corners (N,), -1 for none, by a homography (3, 3). Their squared errors may be told apart along the rim
     and across it, or are below 0 where alike; these may be larger along it. Of an unknown number such a ring must be
-    nearly closed, for inexact lights fit many numbers; and among others it must be surer.
+    nearly closed, for inexact lights fit many numbers; and among others it must be surer. The scene keeps the least.
     """
     members, semi_axes_px = corners[corners >= 0], stretch(mapping)
     count, sides, total, numbers = len(members), len(corners), len(scene.points_px), scene.numbers
@@ -95,6 +96,7 @@ def log_chance_of(
     near = near_of(scene.points_px, scene.brightness, members, (mapping[0, 2], mapping[1, 2]), semi_axes_px[0])
     strings = strings_of(corners >= 0) if may_hang else Strings(np.empty(0), 0)
     chance = tube + log_background(count, sides, semi_axes_px, scene.area_px2, near, strings)
+    scene.least[0] = min(scene.least[0], chance + np.log(numbers))
     return chance + np.log(numbers) if chance < most else np.inf
 
 

@@ -171,19 +171,14 @@ def _spaced(
     for focals_px, filled, tried in (([focal_px], _FILLED, len(numbers)), (others_px, _CLOSED, MOST_LIGHTS)):
         if best is not None and len(best.members) >= _MOST * len(on):
             break
-        numbers, most = (
-            [sides for sides in numbers if len(on) >= filled * sides],
-            math.log(ACCEPTED_AMONG_OTHERS / 2 / tried / len(focals_px)),
-        )
-        spacings = sorted(
-            _spacings(points_px[on], ellipse, numbers, focals_px, filled, most), key=attrgetter("log_chance")
-        )
-        likely = [one for one in spacings[:_MOST_SPACINGS] if one.sides == spacings[0].sides]
+        fitting = [sides for sides in numbers if len(on) >= filled * sides]
+        most = math.log(ACCEPTED_AMONG_OTHERS / 2 / tried / len(focals_px))
+        spaced = _spacings(points_px[on], ellipse, fitting, focals_px, filled, most)
+        spacings = sorted(spaced, key=attrgetter("log_chance"))[:_MOST_SPACINGS]
+        likely = [one for one in spacings if one.sides == spacings[0].sides]
         least = 0.0 if filled == _FILLED else _MOST * len(on)
-        polygons = [] if best is None else [best]
-        polygons += [
-            one for one in (_whole(each, points_px, on, tolerance_px) for each in likely) if len(one.members) >= least
-        ]
+        polygons = [_whole(each, points_px, on, tolerance_px) for each in likely]
+        polygons = [*filter(None, [best]), *(one for one in polygons if len(one.members) >= least)]
         best = max(polygons, key=lambda polygon: (len(polygon.members), -polygon.squares_px2), default=None)
     return best
 

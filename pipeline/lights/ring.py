@@ -2,7 +2,7 @@
 
 import math
 import statistics
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Literal
 
@@ -53,6 +53,7 @@ _SURELY = 3.0  # standard errors by which a ring must be farther away to be so
 # Rings of lights in their places, these alone with many lights, or with none missing, and rings whose lights are off
 # their places.
 Kind = Literal["exact", "of many", "whole", "handmade"]
+_OF_FIRST = 4  # of the brightest points for each of a dock's lights, among which all of these are
 _STAND_OUT = 0.5  # of the light of a few, that of the next: lamps of one kind differ by as much
 _WIDEST_GAP = 3.2  # of the mean spacing, where the number of lights is not known: two missing side by side
 _AS_COMPLETE, _AS_BRIGHT = 0.7, 0.8  # of several rings: shares of the most lights, and of the most light
@@ -72,6 +73,7 @@ class Ring:
     rivals: tuple[np.ndarray, ...] = ()  # other rings in view that are as certain to be one, apart from this
     alike: int = 0  # how many of these could as well be the dock: as near, and as bright
     focal_px: float | None = None  # with which the lights are evenly spaced, where it is not the camera's
+    least_log_chance: float = math.inf  # where there is none, of what was judged on the way
 
     @property
     def found(self) -> bool:
@@ -99,7 +101,8 @@ def find_ring(
             return whole
     numbers = MOST_LIGHTS if dock.lights is None else 1
     focal_px = math.sqrt(camera.fx * camera.fy)
-    scene = Scene(points_px - [camera.cx, camera.cy], brightness, area_px2, focal_px, is_even(dock), numbers)
+    points_px, least = points_px - [camera.cx, camera.cy], np.array([math.inf])
+    scene = Scene(points_px, brightness, area_px2, focal_px, is_even(dock), numbers, least)
     in_lattice = repeating(points_px) if count > FIRST_POINTS else np.zeros(count, dtype=bool)
     order = order[~in_lattice[order]]
     if kind == "handmade":
@@ -107,18 +110,19 @@ def find_ring(
         found = handmade_rings(scene, order[:FIRST_POINTS], numbers) if scene.even else []
     else:
         found = exact_rings(scene, order, dock, tolerance, kind)
-    nothing = np.zeros(count, dtype=bool)
+    none = Ring(np.zeros(count, dtype=bool), "", least_log_chance=float(least[0]))
     if not found:
         if in_lattice.any():
             of_all = f"{count} largest of {markers.seen}" if markers.left_out else str(count)
-            return Ring(nothing, f"{in_lattice.sum()} of the {of_all} groups repeat as in a lattice. {SEVERAL}")
-        return whole or Ring(nothing, f"None of the {markers.seen} groups of bright pixels form {_wanted(dock)}.")
+            return replace(none, reason=f"{in_lattice.sum()} of the {of_all} groups repeat as in a lattice. {SEVERAL}")
+        reason = f"None of the {markers.seen} groups of bright pixels form {_wanted(dock)}."
+        return whole or replace(none, reason=reason)
     found += _more_of_size(scene, order, found, dock, tolerance)
     best, alike = _best([one for one in found if not is_every_nth(one)] or found, scene)
     exact = _without_outliers(best, dock, scene)
     trouble = trouble_with(best, exact, found, dock, scene, tolerance)
     if trouble:
-        return whole or Ring(nothing, trouble, rivals=(_mask(count, best),))
+        return whole or replace(none, reason=trouble, rivals=(_mask(count, best),))
     rivals = tuple(_mask(count, other) for other in _apart_from(best, found))
     on_ring = _mask(count, exact)
     inferred_focal_px = exact.polygon.focal_px
@@ -135,7 +139,8 @@ def exact_rings(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float, k
     # not where the next are as bright, so that no few stand out.
     next_light = scene.brightness[order[FEW_POINTS : 2 * FEW_POINTS]]
     stand_out = len(next_light) < FEW_POINTS or next_light[-1] < _STAND_OUT * scene.brightness[order[FEW_POINTS // 2]]
-    looks = ((FIRST_POINTS, 0), (FEW_POINTS if stand_out else 0, FEW_POINTS), (MAX_POINTS, FIRST_POINTS))
+    all_points = MAX_POINTS if (dock.lights or 0) * _OF_FIRST > FIRST_POINTS else 0
+    looks = ((FIRST_POINTS, 0), (FEW_POINTS if stand_out else 0, FEW_POINTS), (all_points, FIRST_POINTS))
     for most, of_more in looks:
         if kind != "of many" and not found and most and len(order) > of_more:
             chosen = np.sort(order[:most])

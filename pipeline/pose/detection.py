@@ -122,8 +122,8 @@ def evenly_spaced_part(ring: Ring, markers: Markers, choice: Choice, camera: Cam
 
     The others must be spaced as chance hardly would, by one of the poses, which nothing told apart.
     """
-    members = np.flatnonzero(ring.on_ring)
-    if dock.lights is None or dock.angles_deg or dock.offsets_m or len(members) > dock.lights:
+    members, is_told = np.flatnonzero(ring.on_ring), choice.lights is not None or choice.focal_px is not None
+    if is_told or dock.lights is None or dock.angles_deg or dock.offsets_m or len(members) > dock.lights:
         return None
     found = []
     for pose in choice.candidates:

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from dockpose.compiled import compiled, compiled_bare
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
-from dockpose.thresholds.scales import MOST_PX, are_highest, grey_of, halved, pixels_of
+from dockpose.thresholds.scales import are_highest, grey_of, halved, pixels_of
 
 # Radii of discs: each the root of two times the one before, so that a disc is within a fifth of one. Of larger discs
 # the picture is halved, so that they have one of the last two.
@@ -32,11 +32,9 @@ _MOST_LIGHTS = 60  # of one radius: the clearest
 
 def by_outlines(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
     """Find the discs of each radius, from small to large; radii with too few for a ring are passed over."""
-    grey, shrink = grey_of(histogram), 1
+    grey, shrink = grey_of(histogram)
     if grey.min() == grey.max():  # as behind a lens cap
         return
-    while grey.size > MOST_PX:
-        grey, shrink = halved(grey), 2 * shrink
     levels, widest_px, first = grey.astype(np.float32), _WIDEST_SHARE * min(histogram.levels.shape), 0
     while _RADII_PX[first] * shrink <= widest_px:
         edges = _edges(levels)

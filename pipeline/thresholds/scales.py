@@ -11,7 +11,7 @@ from dockpose.pixels.bright import PixelGroups, pixels_at
 from dockpose.pixels.flood import joined
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
-MOST_PX = 2_100_000  # of the picture, for time: of a larger one the finest scales are left out
+_MOST_PX = 2_100_000  # of the picture, for time: of a larger one the finest scales are left out
 # Standard deviations of the blur, each twice the one before, so that a lamp is within half a step of one. From scale to
 # scale the picture is halved; from the third on its pixels stay finer than for the first two, which take the most time.
 FINEST_PX, _FINE_PX, _FINER_FROM = 0.8, 1.6, 2
@@ -30,11 +30,9 @@ _REACH = 3.0  # of the blur, within which they lie
 
 def at_scales(histogram: Histogram, min_area_px: int, *, faint: bool = False) -> Iterator[Threshold]:
     """Find the lights of each size, from small to large, or with faint ones; scales without any are passed over."""
-    grey, shrink = grey_of(histogram), 1
+    grey, shrink = grey_of(histogram)
     if grey.min() == grey.max():  # as behind a lens cap
         return
-    while grey.size > MOST_PX:
-        grey, shrink = halved(grey), 2 * shrink
     steps, widest_px = np.multiply(grey, _STEPS, dtype=np.int16), _WIDEST_SHARE * min(histogram.levels.shape)
     for number in itertools.count():
         sigma_px = FINEST_PX if number < _FINER_FROM else _FINE_PX
@@ -52,13 +50,15 @@ def at_scales(histogram: Histogram, min_area_px: int, *, faint: bool = False) ->
             yield found
 
 
-def grey_of(histogram: Histogram) -> np.ndarray:
-    """The picture (H, W), and its median level where it is masked."""
-    if histogram.counted is None:
-        return histogram.levels
-    counted = histogram.counted > 0
-    middle = np.median(histogram.levels[counted]) if counted.any() else 0
-    return np.where(counted, histogram.levels, np.uint8(middle))
+def grey_of(histogram: Histogram) -> tuple[np.ndarray, int]:
+    """The picture (h, w), of its median level where it is masked, and how many times smaller than it is."""
+    grey, shrink = histogram.levels, 1
+    if histogram.counted is not None:
+        counted = histogram.counted > 0
+        grey = np.where(counted, grey, np.uint8(np.median(grey[counted]) if counted.any() else 0))
+    while grey.size > _MOST_PX:
+        grey, shrink = halved(grey), 2 * shrink
+    return grey, shrink
 
 
 def halved(levels: np.ndarray) -> np.ndarray:

@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Estimate, Settings, estimate
-from dockpose.estimate import search
+from dockpose.estimate import search, stages
 from dockpose.estimate.attempt import Attempt
 from dockpose.estimate.flow import picture_in
 from dockpose.lights.ellipse import fit_ellipse
@@ -162,3 +162,26 @@ def test_that_no_one_level_shows_the_ring_is_said_only_where_none_does(by_one, a
     monkeypatch.setattr(search, "_search_by_light", lambda *_: best)
     picture = picture_in(np.zeros((480, 640), np.uint8), CAMERA, Settings())
     assert search.search(picture, CAMERA, Dock(0.3, 6), Settings(), True)[1].startswith(f"Six lights. {added}")
+
+
+@pytest.mark.parametrize("is_ring", [True, False])
+def test_white_is_looked_at_by_itself_only_where_something_hints_at_a_ring(monkeypatch, is_ring):
+    """White lamps at night: eight strewn ones, or a part of a ring of twelve with as many strewn ones beside it."""
+    rng = np.random.default_rng(5)
+    lamps = rng.uniform([40, 40], [600, 440], (8, 2))
+    if is_ring:
+        turns = 2 * np.pi * np.arange(6) / 12
+        lamps = np.vstack([lamps, np.array([320, 240]) + 110 * np.column_stack([np.cos(turns), np.sin(turns)])])
+    image = np.zeros((480, 640, 3)) + [40, 20, 10]
+    for x, y in lamps.tolist():
+        cv2.circle(image, (round(16 * x), round(16 * y)), 4 * 16, (230, 230, 230), -1, cv2.LINE_AA, shift=4)
+    seen: list[bool] = []
+
+    def detect_once(threshold, picture, *rest):
+        seen.append(picture.min_channel)
+        return stages.detect_once(threshold, picture, *rest)
+
+    monkeypatch.setattr(search, "detect_once", detect_once)
+    image = np.rint(image + rng.normal(0, 1.5, image.shape)).clip(0, 255).astype(np.uint8)
+    assert estimate(image, CAMERA, Dock(0.3, 12)).status != "ok"
+    assert any(seen) == is_ring

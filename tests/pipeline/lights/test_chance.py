@@ -142,7 +142,7 @@ def test_chance_counts_what_there_is_and_what_is_tried():
     def chance(count=8, *, numbers=1, squares=1.0, others=0, apart=(-1.0, -1.0)):
         corners = np.where(np.arange(8) < count, np.arange(8), -1)
         all_points = np.vstack([points[:count], 1000 + 100 * points[:others]])
-        scene = Scene(all_points, np.ones(len(all_points)), 1e6, 700.0, True, numbers)
+        scene = Scene(all_points, np.ones(len(all_points)), 1e6, 700.0, True, numbers, np.array([np.inf]))
         return log_chance_of(corners, squares, apart, np.diag([100.0, 100.0, 1.0]), scene, False)
 
     plain = log_tube(8, 8, True, 1.0, ALIKE) + log_background(8, 8, (100.0, 100.0), 1e6, NONE_NEAR, NO_STRINGS)

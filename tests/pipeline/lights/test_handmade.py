@@ -11,7 +11,7 @@ FOCAL_PX, AREA_PX2, RADIUS_PX = 800.0, 640.0 * 480.0, 80.0
 
 def scene(points_px: np.ndarray, numbers: int = 1) -> Scene:
     points = np.asarray(points_px, float)
-    return Scene(points, np.ones(len(points)), AREA_PX2, FOCAL_PX, True, numbers)
+    return Scene(points, np.ones(len(points)), AREA_PX2, FOCAL_PX, True, numbers, np.array([np.inf]))
 
 
 def ring(rng: np.random.Generator, lights: int, along: float, across: float, tilt: float = 0.8) -> np.ndarray:

@@ -34,7 +34,7 @@ def ring_of(points, count: int | None = 10, **shapes):
 
 def scene_of(points_px, focal_px=FOCAL_PX):
     """Points (N, 2) from the principal point, all as bright, of evenly spaced lights whose number is known."""
-    return Scene(points_px, np.ones(len(points_px)), AREA_PX2, focal_px, True, 1)
+    return Scene(points_px, np.ones(len(points_px)), AREA_PX2, focal_px, True, 1, np.array([np.inf]))
 
 
 def text(left=400.0, top=30.0, letters=19):
@@ -63,6 +63,20 @@ def test_lights_are_told_from_text_snow_and_lamps_with_up_to_three_missing(seed)
     ring = ring_of(points[order])
     assert ring.on_ring[np.argsort(order)][: len(ours)].all()
     assert ring.on_ring.sum() == len(ours)
+
+
+def test_points_strewn_hint_at_a_ring_as_often_as_chance_says_and_no_more():
+    """Of 200 draws, rings of which chance makes one in twenty pictures are in ten, give or take three deviations."""
+    draws = [np.random.default_rng(seed).uniform([20, 20], [620, 460], (25, 2)) for seed in range(200)]
+    hints = [ring_of(points, 8).least_log_chance < math.log(0.05) for points in draws]
+    assert sum(hints) <= 10 + 3 * math.sqrt(10)
+
+
+def test_half_a_ring_among_strays_is_none_but_hints_at_one():
+    strays = np.random.default_rng(1).uniform([20, 20], [620, 460], (12, 2))
+    ring = ring_of(np.vstack([lights(8, missing=range(4)), strays]), 8)
+    assert not ring.found
+    assert ring.least_log_chance < 0  # fewer than one in such a picture by chance
 
 
 def test_of_a_ring_and_its_dimmer_mirror_image_the_ring_is_kept():

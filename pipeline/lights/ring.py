@@ -53,7 +53,6 @@ _SURELY = 3.0  # standard errors by which a ring must be farther away to be so
 # Rings of lights in their places, these alone with many lights, or with none missing, and rings whose lights are off
 # their places.
 Kind = Literal["exact", "of many", "whole", "handmade"]
-_OF_FIRST = 4  # of the brightest points for each of a dock's lights, among which all of these are
 _STAND_OUT = 0.5  # of the light of a few, that of the next: lamps of one kind differ by as much
 _WIDEST_GAP = 3.2  # of the mean spacing, where the number of lights is not known: two missing side by side
 _AS_COMPLETE, _AS_BRIGHT = 0.7, 0.8  # of several rings: shares of the most lights, and of the most light
@@ -139,8 +138,7 @@ def exact_rings(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float, k
     # not where the next are as bright, so that no few stand out.
     next_light = scene.brightness[order[FEW_POINTS : 2 * FEW_POINTS]]
     stand_out = len(next_light) < FEW_POINTS or next_light[-1] < _STAND_OUT * scene.brightness[order[FEW_POINTS // 2]]
-    all_points = MAX_POINTS if (dock.lights or 0) * _OF_FIRST > FIRST_POINTS else 0
-    looks = ((FIRST_POINTS, 0), (FEW_POINTS if stand_out else 0, FEW_POINTS), (all_points, FIRST_POINTS))
+    looks = ((FIRST_POINTS, 0), (FEW_POINTS if stand_out else 0, FEW_POINTS), (MAX_POINTS, FIRST_POINTS))
     for most, of_more in looks:
         if kind != "of many" and not found and most and len(order) > of_more:
             chosen = np.sort(order[:most])

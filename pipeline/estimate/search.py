@@ -11,9 +11,10 @@ from dockpose.camera.image import darkest_channel
 from dockpose.dock import Dock
 from dockpose.estimate.attempt import EXACT_OF_AXIS, LITTLE_CHANCE, NO_CHANCE, Attempt
 from dockpose.estimate.stages import Picture, detect_once
-from dockpose.lights.chance import FIRST_POINTS, NUMBERS
+from dockpose.lights.chance import FIRST_POINTS
 from dockpose.lights.ellipse import MIN_POINTS
 from dockpose.lights.growing import TOLERANCE_OF_AXIS
+from dockpose.lights.polygon import BY_CORNERS
 from dockpose.lights.ring import Ring
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Threshold, hats_local, histogram_of
@@ -57,7 +58,7 @@ def _search_in_white(
     """What the darkest channel shows, as a sure ring or not at all; None of a picture without colours.
 
     It is searched where other looks hint at a ring, where white lights stand before colours that are as bright, and for
-    more lights than corners tell, of which other looks show no part.
+    more lights than their corners tell, whose glow runs together.
     """
     grey = darkest_channel(picture.image)
     if grey is None:
@@ -70,7 +71,7 @@ def _search_in_white(
     least = threshold.level * white.histogram.native_step
     as_bright, of_white = (np.count_nonzero(each >= least) for each in (picture.grey, grey))
     is_before_colours = as_bright > _COLOURED * of_white and of_white >= MIN_POINTS * settings.min_area_px
-    is_hinted_at = any(one.hints_at_ring for one in looks) or (dock.lights or 0) >= NUMBERS.stop
+    is_hinted_at = any(one.hints_at_ring for one in looks) or (dock.lights or 0) >= BY_CORNERS.stop
     if not (is_before_colours or is_hinted_at):
         return None
     found = detect_once(threshold, white, camera, dock, settings)

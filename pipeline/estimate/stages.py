@@ -128,9 +128,8 @@ def _find_lights(
         markers: Markers = seen.stages["markers"].unfitted
         stages: dict[str, Any] = {"threshold": threshold, "markers": markers}
     elif previous is not None and previous.markers is not None and threshold is previous.threshold:
-        # It is that of this camera and dock, too, whatever the dock's diameter.
         is_same = previous.camera == camera and _LIGHTS_OF(previous.dock) == _LIGHTS_OF(dock)
-        ring = previous.ring if is_same else None
+        ring = previous.ring if is_same else None  # whatever the dock's diameter
         markers = previous.markers.unfitted if ring is None else previous.markers
         stages = {"threshold": threshold, "markers": markers}
     else:

@@ -14,7 +14,7 @@ from dockpose.lights.spacing import regular
 from dockpose.lights.triples import FEW_POINTS, MOST_BEYOND, judges_of, promising, steps_of
 
 # Numbers of lights that corners tell where none is told: more of them show an ellipse, in a third of the time.
-_BY_CORNERS = range(4, 13)
+BY_CORNERS = range(4, 13)
 MAX_POINTS = 150  # that are looked at, the brightest
 # Of each point: those it may have as the next corners. Of few points all, for lights may be missing between; of many
 # fewer, or the triples to be grown are mostly chance. Uneven lights may be far apart.
@@ -167,7 +167,7 @@ def candidates_from(
     scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float, *, whole: bool = False
 ) -> list[Candidate]:
     """Polygons of the dock's lights that chance would hardly make, begun from the chosen points; the surest first."""
-    units = [places_of(sides, dock) for sides in (_BY_CORNERS if dock.lights is None else (dock.lights,))]
+    units = [places_of(sides, dock) for sides in (BY_CORNERS if dock.lights is None else (dock.lights,))]
     return sorted(find_polygons(scene, units, tolerance, chosen, whole=whole), key=attrgetter("log_chance"))
 
 

@@ -32,6 +32,8 @@ def test_a_trajectory_is_compared_and_the_report_saved(browser, app):
         page.page.locator("#truth-rms").wait_for()
         assert "Clocks: add 3.7" in told(page)
         assert page.page.locator("img[alt=space]").is_visible()
+        page.page.get_by_role("button", name="Look at").first.click()
+        page.page.get_by_text("film.mkv: is not there; open it to look at frame").first.wait_for()
         name, data = page.download("Save the comparison")
         assert name == "compared.zip"
         assert "report.html" in zipfile.ZipFile(io.BytesIO(data)).namelist()

@@ -121,14 +121,10 @@ class Compared:
         ]
         drawn = [(title, as_svg(make(self.found, self.results), name)) for name, (title, make) in plots.FIGURES.items()]
         facts = {"Results": self.name, "Trajectory": self.truth, "Found": "\n".join(self.told)}
-        title = f"{self.name} beside {self.truth}"
         return html_of(
-            **{"title": title, "kind": "comparison", "note": "", "facts": facts, "tables": tables, "plots": drawn},
-            **{
-                "groups": {"Versions, of this report": versions()},
-                "pictures": list(self._worst()),
-                "of_pictures": "Worst frames",
-            },
+            **{"title": f"{self.name} beside {self.truth}", "kind": "comparison", "note": "", "facts": facts},
+            **{"tables": tables, "plots": drawn, "groups": {"Versions, of this report": versions()}},
+            **{"pictures": list(self._worst()), "of_pictures": "Worst frames"},
         )
 
     def _worst(self) -> Iterator[tuple[str, str]]:

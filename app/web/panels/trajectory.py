@@ -53,8 +53,7 @@ class TrajectoryPanel(Panel):
             from dockpose.app.export.truth.results import read_results
             from dockpose.truth import compare_trajectory, read_trajectory
 
-            is_ours = data.startswith(_OURS) or (kind_of(str(path)) is Kind.BAG and b"/dock/pose_a" in data)
-            if is_ours:
+            if data.startswith(_OURS) or (kind_of(str(path)) is Kind.BAG and b"/dock/pose_a" in data):
                 self._results = name, read_results(path)
                 self._told.content = small(f"<p>{escape(name)} is here; now the trajectory.</p>")
                 return
@@ -85,18 +84,18 @@ class TrajectoryPanel(Panel):
         self._told.content, self._compared = f"{content}{small(''.join(buttons))}", compared
 
     def ask(self, asked: Any, client: Client) -> None:
-        """Save the report, or show a frame by its row: of the film that is open, or of the results' own pictures."""
+        """Save the report, or show the frame of a row: in its film, if that is open, or as a picture by itself."""
         self.app.attempt(lambda: self._do(asked.what, client), client)
 
     def _do(self, what: str, client: Client) -> None:
-        compared = self._compared
-        if compared is None:
+        if (compared := self._compared) is None:
             return
         if what == "save":
             self.app.work.save(client, "compared.zip", lambda progress: to_zip(compared.files(), progress))
         elif what.isdecimal() and int(what) < len(compared.results.track.times_s):
-            if self.app.player is not None:
-                self.app.player.go_to(int(what))
+            (source, frame), film = compared.results.films[int(what)], self.app.opened
+            if film and self.app.player and frame is not None and Path(film.name).name == source:
+                self.app.player.go_to(frame)
                 return
             image, _ = compared.results.whole(int(what))
             self.change(lambda view: with_upload(view, to_png(image), f"frame_{what}.png"), client, reload=True)

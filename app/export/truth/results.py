@@ -155,7 +155,8 @@ def _of_table(path: Path) -> Iterator[tuple[None, _Line]]:
                 found = {name: float(text) for name, text in row.items() if name in _READ and text}
                 candidates = [_of_row(found, name) for name in "ab" if f"{name}_z_m" in found]
                 selected = "AB".index(row["selected"]) if row.get("selected") else None
-                yield None, _Line(candidates, selected, row["source"], *map(found.get, _NUMBERS))
+                frame, own_s, unix_s = map(found.get, ("frame", "time_s", "time_unix_s"))
+                yield None, _Line(candidates, selected, row["source"], frame, own_s, unix_s)
         except (ValueError, KeyError, csv.Error) as error:
             raise FileError(f"{path}: line {rows.line_num} is no row of estimate --csv ({error})") from error
 
@@ -163,8 +164,7 @@ def _of_table(path: Path) -> Iterator[tuple[None, _Line]]:
 _FIVE = ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg")
 _SIGMAS = ("chosen_sigma_", "chosen_sigma_total_")
 _READ = {f"{name}{column}" for name in ("a_", "b_", *_SIGMAS) for column in (*_FIVE, "probability")}
-_NUMBERS = ("frame", "time_s", "time_unix_s")
-_READ |= {*_NUMBERS}
+_READ |= {"frame", "time_s", "time_unix_s"}
 
 
 def _of_row(found: dict[str, float], name: str) -> _Pose:

@@ -22,7 +22,7 @@ from dockpose.thresholds.outlines import by_outlines
 from dockpose.thresholds.scales import at_scales
 
 _CLEAR = 3  # looks in which rings are sought that hands have built
-_COLOURED = 4  # pixels as bright as white lights, for each of theirs, from which on colours hide these
+_COLOURED, _NEARLY = 4, 0.8  # colours hide white lights: pixels nearly as bright, for each white one of these
 _OWN = " No one level shows the ring; each light was given its own."
 _OWN_BETTER = " By a level for each light the ring is surer than by one level for all."
 _MIN_CHANNEL = " It shows where the picture is white, in the darkest of its colour channels."
@@ -68,7 +68,7 @@ def _search_in_white(
         grey[counted == 0] = 0
     white = replace(picture, grey=grey, histogram=histogram_of(grey, counted), previous=None, min_channel=True)
     threshold = METHODS[settings.method](white.histogram, settings.min_area_px, settings.level)
-    least = threshold.level * white.histogram.native_step
+    least = _NEARLY * threshold.level * white.histogram.native_step
     as_bright, of_white = (np.count_nonzero(each >= least) for each in (picture.grey, grey))
     is_before_colours = as_bright > _COLOURED * of_white and of_white >= MIN_POINTS * settings.min_area_px
     is_hinted_at = any(one.hints_at_ring for one in looks) or (dock.lights or 0) >= BY_CORNERS.stop

@@ -57,13 +57,15 @@ def test_of_lights_that_the_edge_cuts_the_rest_does_not_count():
     assert judged(found, drawn.position_m, drawn.normal).right
 
 
-def on_yellow(places_px: np.ndarray) -> np.ndarray:
+def on_yellow(places_px: np.ndarray, level: int = 190, patch_px: int = 16) -> np.ndarray:
     """White lamps at (N, 2) before a patchwork of yellow and red, as bright to the eye as the lamps."""
     rng = np.random.default_rng(3)
-    yellow = cv2.resize(rng.uniform(150, 255, (30, 40)), (640, 480), interpolation=cv2.INTER_NEAREST)
+    yellow = cv2.resize(
+        rng.uniform(150, 255, (480 // patch_px, 640 // patch_px)), (640, 480), interpolation=cv2.INTER_NEAREST
+    )
     image = np.dstack([np.zeros((480, 640)), yellow, yellow])
     for x, y in places_px.tolist():
-        cv2.circle(image, (round(x * 16), round(y * 16)), 5 * 16, (190, 190, 190), -1, cv2.LINE_AA, shift=4)
+        cv2.circle(image, (round(x * 16), round(y * 16)), 5 * 16, 3 * (level,), -1, cv2.LINE_AA, shift=4)
     return np.rint(image + rng.normal(0, 1.5, image.shape)).clip(0, 255).astype(np.uint8)
 
 
@@ -78,6 +80,15 @@ def test_white_lamps_before_a_colour_as_bright_are_found_in_the_darkest_channel(
     assert found.selected is not None
     assert np.linalg.norm(found.selected.position_m) == pytest.approx(0.15 * 700 / 140, rel=0.01)
     assert estimate(cv2.cvtColor(on_yellow(ring), cv2.COLOR_BGR2GRAY), camera, Dock(0.30, 8)).status != "ok"
+
+
+@pytest.mark.parametrize("level", [200, 215, 230, 245])
+def test_white_lamps_about_as_bright_as_the_brightest_colour_are_found_in_a_small_picture(level):
+    turns = 2 * np.pi * np.arange(8) / 8
+    ring = np.array([330.0, 230.0]) + 110 * np.column_stack([np.cos(turns), np.sin(turns)])
+    small = cv2.resize(on_yellow(ring, level, patch_px=4), (320, 240), interpolation=cv2.INTER_AREA)
+    found = estimate(small, Camera(350.0, 350.0, 159.5, 119.5, 320, 240), Dock(0.30, 8))
+    assert found.status == "ok", found.message
 
 
 @pytest.mark.parametrize("lights", [8, None])

@@ -6,8 +6,8 @@ import pytest
 from dockpose.app.state.view import open_source
 
 from tests.browser.conftest import visit
-from tests.browser.test_set_lights import TRUTH_PX, place_of, squares, told
-from tests.browser.test_view import press
+from tests.browser.test_set_lights import TRUTH_PX, squares, told
+from tests.browser.test_view import on_screen, press
 
 pytestmark = pytest.mark.browser
 
@@ -26,7 +26,7 @@ def test_pictures_are_uploaded_their_lights_clicked_and_the_methods_judged(brows
             press(page, "clear")
             page.until(lambda: told(page) == 0)
             for light, point in enumerate(TRUTH_PX[:6], 1):
-                page.page.mouse.click(*place_of(page, point + [9 * number, 0]))
+                page.page.mouse.click(*on_screen(page, *(point + [9 * number, 0])))
                 page.until(lambda light=light: told(page) == light and squares(page) == light)
         page.tab("Compare")
         name, data = page.download("Judge by the lights that are set")

@@ -36,14 +36,8 @@ def squares(page):
     return page.page.locator("dockpose-picture .found rect.light").count()
 
 
-def place_of(page, point):
-    """Where a point is in the window, once the picture is drawn as it stays."""
-    page.until(lambda: page.page.locator(f"{STAGE}[data-flat]").count() == 0)
-    return on_screen(page, *point)
-
-
 def click(page, point):
-    place = place_of(page, point)
+    place = on_screen(page, *point)
     page.page.mouse.move(*place)
     page.page.mouse.click(*place)
 
@@ -62,7 +56,7 @@ def test_ten_clicks_beside_the_lights_give_the_pose(hand):
 
 
 def test_clicks_faster_than_the_program_lose_no_light(hand):
-    places = [place_of(hand, point) for point in TRUTH_PX]
+    places = [on_screen(hand, *point) for point in TRUTH_PX]
     for place in places:
         hand.page.mouse.click(*place)
     hand.until(lambda: told(hand) == 10 and squares(hand) == 10)
@@ -74,7 +68,7 @@ def test_a_light_is_taken_away_moved_and_set_exactly(hand):
         hand.until(lambda number=number: squares(hand) == number)
     click(hand, TRUTH_PX[0])
     hand.until(lambda: squares(hand) == 4 == told(hand))
-    drag(hand, place_of(hand, TRUTH_PX[1]), place_of(hand, TRUTH_PX[7]))
+    drag(hand, on_screen(hand, *TRUTH_PX[1]), on_screen(hand, *TRUTH_PX[7]))
     hand.until(lambda: np.hypot(*(hand.app._current.estimate.markers.points_px[0] - TRUTH_PX[7])) < 0.1)
     hand.page.keyboard.down("Shift")
     click(hand, (100, 60))
@@ -142,8 +136,8 @@ def test_a_finger_sets_lights(browser, app):
             button(page, name).tap()
         page.until(lambda: told(page) == 0)
         for number, point in enumerate(TRUTH_PX[:4], 1):
-            page.page.touchscreen.tap(*place_of(page, point))
+            page.page.touchscreen.tap(*on_screen(page, *point))
             page.until(lambda number=number: told(page) == number and squares(page) == number)
-        page.page.touchscreen.tap(*place_of(page, TRUTH_PX[0]))
+        page.page.touchscreen.tap(*on_screen(page, *TRUTH_PX[0]))
         page.until(lambda: told(page) == 3)
     app.change(lambda view: with_set_lights(view, None, None))

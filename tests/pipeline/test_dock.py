@@ -62,6 +62,7 @@ def test_a_frame_is_turned_the_shortest_way(normal):
         ),
         ({"diameter_m": 0.3, "extra_lights_m": [[0, 0, -0.61]]}, "within two diameters, 0.6"),
         ({"diameter_m": 0.3, "lamp_depth_m": 0.05, "extra_lights_m": [[0, 0, 0.05]]}, "tells nothing"),
+        ({"diameter_m": 0.3, "lights": 10, "lamp_depth_m": 0.2}, r"lamp_depth_m is 0\.2; .* below the radius, 0\.15"),
         ({}, "diameter_m is missing"),
         ({"rings": [{"name": "far", "diameter_m": 0.9, "lights": 12}]}, "rings is given; a dock has one ring"),
     ],

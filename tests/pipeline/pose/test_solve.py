@@ -82,21 +82,6 @@ def test_noise_square_on_never_breaks_it(seed):
         assert np.isfinite([*pose.normal, *pose.sigma_position_m, *pose.sigma_theta_rad, pose.probability]).all()
 
 
-@pytest.mark.parametrize(
-    "points",
-    [
-        [[1, 1], [1, 1], [1, 1], [1, 1], [1, 1], [1, 1]],
-        [[i, 2 * i] for i in range(8)],
-        [[math.nan, 0], [1, 0], [0, 1], [1, 1], [2, 2], [3, 5]],
-        [[0, 0], [1, 0]],
-    ],
-)
-@pytest.mark.parametrize("camera", [CAMERA, IN_AIR])
-def test_points_without_an_ellipse_are_named(points, camera):
-    with pytest.raises(NoEllipseError):
-        find_poses(points, camera, DOCK)
-
-
 @pytest.mark.parametrize("seed", range(40))
 def test_five_points_anywhere_give_numbers_or_a_named_error(seed):
     rng = np.random.default_rng(seed)

@@ -14,37 +14,20 @@ import numpy as np
 import pytest
 from dockpose.camera.files import save_camera
 
-from tests.bench import films
 from tests.bench.bench_speed import camera, scene
 from tests.browser.conftest import Page
-from tests.browser.test_set_lights import TRUTH_PX, place_of, squares
 
 MOVES = 80
 DRAG_PX, PAUSE_MS = 2, 160
 TIMES_BARE = 1.25  # at most so many times what the bare page takes
 RATE_HZ, PLAYED_FRAMES, TURN_DEG = 30, 240, 0.02  # of the camera, from frame to frame
 RATE_SHARE, LEAST_HZ = 0.95, 25.0  # of 30 frames/s, or of the bare page's rate where that is less; and in any case
-LEAST_FILM_HZ = 28.0  # of a film of a photographed ring
 SLIDER_MS, DOCKS_MS = 100.0, 150.0  # from a slider to what follows it, and to both docks in 3D
 FIRST_PAGE_S, FIRST_RESULT_S = 1.8, 0.7  # from the command, from navigation
-CLICK_MS = 100.0  # from a click to the pose of the lights that are set
 MEMORY_S = 600.0  # how long sliders move while memory is watched
 WARM_UP = 0.4  # of that time, in which caches still fill
 GROWTH_MB = 25.0  # at most, from the warm-up to the end, on either side
 
-# The same from each click in the picture to what is drawn of it.
-_CLICKS = """
-() => {
-  window.clicks = [];
-  let clicked = null;
-  const stage = document.querySelector("dockpose-picture .stage");
-  stage.addEventListener("pointerup", () => { clicked = performance.now(); }, true);
-  new MutationObserver(() => {
-    if (clicked !== null) window.clicks.push(performance.now() - clicked);
-    clicked = null;
-  }).observe(document.querySelector("dockpose-picture"), { attributes: true, attributeFilter: ["data-drawn"] });
-}
-"""
 # Times, in the page's own clock, from a slider's movement to the next frame drawn after what it changed was put there:
 # the overlay over the picture, or the picture of the bare page.
 _WATCH = """
@@ -154,12 +137,11 @@ def rendered(tmp_path, width: int, height: int) -> tuple[np.ndarray, list[str]]:
     return scene((width, height)), known
 
 
-@pytest.fixture
-def large(tmp_path) -> list[str]:
-    """Arguments for a picture of 1280 x 720."""
-    picture, arguments = rendered(tmp_path, 1280, 720)
-    cv2.imwrite(str(tmp_path / "large.png"), picture)
-    return [str(tmp_path / "large.png"), *arguments]
+def still(tmp_path, width: int, height: int) -> list[str]:
+    """Arguments for a picture of that size."""
+    picture, arguments = rendered(tmp_path, width, height)
+    cv2.imwrite(str(tmp_path / "still.png"), picture)
+    return [str(tmp_path / "still.png"), *arguments]
 
 
 def video(tmp_path, width: int, height: int) -> list[str]:
@@ -218,18 +200,6 @@ def drag_ms(page: Page, label: str, moves: int, first_px: float) -> np.ndarray:
     return np.array(page.page.evaluate("() => window.delays"))
 
 
-def keys_ms(page: Page, label: str, moves: int) -> np.ndarray:
-    """Time from each of so many arrow keys on a slider to its picture."""
-    slider = page.slider(label)
-    page.page.evaluate(_WATCH)
-    slider.focus()
-    for move in range(moves):
-        page.page.keyboard.press("ArrowRight" if move % 40 < 20 else "ArrowLeft")
-        page.page.wait_for_timeout(PAUSE_MS)
-    page.page.wait_for_timeout(1000)
-    return np.array(page.page.evaluate("() => window.delays"))
-
-
 def played(page: Page) -> np.ndarray:
     """When each frame was shown (s), and the numbers that picture, status and words told then; from the first on."""
     page.page.evaluate(_WATCH)
@@ -249,26 +219,6 @@ def rate_hz(frames: np.ndarray) -> float:
     """Frames a second over the middle of what was played: the first and the last may be late."""
     times = frames[3:-3, 0]
     return (len(times) - 1) / (times[-1] - times[0])
-
-
-def test_slider_to_overlay_at_1280_x_720(browser, serve, large):
-    """By drag and by keys, beside a bare page in the same minute."""
-    with bare_page(browser, serve("1280", "720", "30", "1", bare=True)) as page:
-        bare = keys_ms(page, "Level (0-255)", MOVES), drag_ms(page, "Level (0-255)", MOVES, -DRAG_PX)
-    with opened(browser, serve(*large)) as page:
-        ours = keys_ms(page, "Level (0-255)", MOVES), drag_ms(page, "Level (0-255)", MOVES, -DRAG_PX)
-    print()
-    figures = {}
-    for way, bare_delays, delays in zip(("by keys", "dragged"), bare, ours, strict=True):
-        figures[way] = (
-            tell(f"bare viser, {way}", bare_delays, MOVES),
-            tell(f"ours, {way}", delays, MOVES),
-        )
-    for delays in ours:
-        assert len(delays) >= MOVES - 1  # a drag that turns back within a step of the slider changes nothing
-    for (bare_median, bare_slow), (median, slow) in figures.values():
-        assert median <= TIMES_BARE * bare_median
-        assert slow <= TIMES_BARE * bare_slow
 
 
 # When a slider was moved, and when overlay, table and both docks were seen to have changed, in the page's own clock.
@@ -295,13 +245,13 @@ def first_after(moved: np.ndarray, times: np.ndarray) -> np.ndarray:
     return np.where(delays < np.append(np.diff(moved), PAUSE_MS), delays, np.nan)
 
 
-def test_slider_to_overlay_and_table_at_640_x_480(browser, serve, tmp_path):
-    """Drawing fx and the diameter, beside a bare page; the docks in 3D by their light drawing."""
-    picture, known = rendered(tmp_path, 640, 480)
-    cv2.imwrite(str(tmp_path / "small.png"), picture)
-    with bare_page(browser, serve("640", "480", "30", "1", bare=True)) as page:
+@pytest.mark.parametrize(("width", "height"), [(640, 480), (1280, 720)])
+def test_slider_to_overlay_and_table(browser, serve, tmp_path, width, height):
+    """Dragging fx and the diameter, beside a bare page; the docks in 3D by their light drawing."""
+    words = still(tmp_path, width, height)
+    with bare_page(browser, serve(str(width), str(height), "30", "1", bare=True)) as page:
         bare, _ = tell("bare viser, dragged", drag_ms(page, "Level (0-255)", MOVES, -DRAG_PX), MOVES)
-    with opened(browser, serve(str(tmp_path / "small.png"), *known)) as page:
+    with opened(browser, serve(*words)) as page:
         page.tab("Tank")
         page.page.evaluate(_WATCH_ALL)
         for label in ("fx (px)", "Diameter (cm)"):
@@ -322,37 +272,6 @@ def test_slider_to_overlay_and_table_at_640_x_480(browser, serve, tmp_path):
                 assert median <= TIMES_BARE * bare
 
 
-def test_click_to_pose_of_lights_set_by_hand_at_640_x_480(browser, serve) -> None:
-    """Ten lights clicked one after the other, each once the pose of those before it is drawn."""
-    with opened(browser, serve()) as page:
-        page.page.locator("dockpose-picture [data-do=hand]").click()
-        places = [place_of(page, point) for point in TRUTH_PX]
-        page.page.locator("dockpose-picture [data-do=clear]").click()
-        page.until(lambda: squares(page) == 0 and "0 lights set by hand" in page.status)
-        page.page.evaluate(_CLICKS)
-        for number, place in enumerate(places, 1):
-            page.page.mouse.move(*place)
-            page.page.mouse.click(*place)
-            page.until(lambda number=number: squares(page) == number and len(page.page.evaluate("clicks")) == number)
-        delays = np.array(page.page.evaluate("clicks"))
-    median_ms, _ = tell("click to pose", delays, len(TRUTH_PX))
-    assert median_ms <= CLICK_MS
-
-
-def test_slider_to_simulated_picture_at_640_x_480(browser, serve):
-    """What is rendered anew for each step; told beside the bare page, which renders nothing."""
-    with opened(browser, serve()) as page:
-        page.tab("Source")
-        page.box("Dock z (cm)").fill("140")
-        page.page.wait_for_timeout(3000)
-        keys = keys_ms(page, "Dock z (cm)", MOVES)
-        drags = drag_ms(page, "Dock z (cm)", MOVES, DRAG_PX)
-    print()
-    tell("simulated z by keys, 640 x 480", keys, MOVES)
-    tell("simulated z dragged, 640 x 480", drags, MOVES)
-    assert min(len(keys), len(drags)) >= 0.9 * MOVES
-
-
 @pytest.mark.parametrize(("width", "height"), [(640, 480), (1280, 720)])
 def test_playing_30_frames_a_second(browser, serve, tmp_path, width, height):
     """All 30 are shown, or as many as a bare page shows, and all of the page tells the same frame."""
@@ -369,24 +288,6 @@ def test_playing_30_frames_a_second(browser, serve, tmp_path, width, height):
     )
     assert differ == 0
     assert rate_hz(frames) >= max(LEAST_HZ, RATE_SHARE * min(RATE_HZ, bare_hz))
-
-
-def test_playing_a_film_of_a_photographed_ring(browser, serve, tmp_path):
-    """Where the photographs are: each film plays at 28 of 30 frames a second or more, on quiet cores."""
-    data = Path("../shared/data")
-    if not (data / films.MAKER).is_file():
-        pytest.skip(f"{data / films.MAKER} is not there")
-    rates = {}
-    for name in ("five_water", "candle24"):
-        film, *known = films.written(data, name, tmp_path, PLAYED_FRAMES)
-        for codec, path in ("lossless", film), ("H.264", films.as_h264(film)):
-            with opened(browser, serve(path, *known)) as page:
-                page.tab("Source")
-                rates[name, codec] = rate_hz(played(page))
-    print()
-    for (name, codec), rate in rates.items():
-        print(f"{name} as {codec} played at {rate:.1f} of 30 frames/s")
-    assert min(rates.values()) >= LEAST_FILM_HZ
 
 
 # When the page had a result first, and when all of it was the live page's, each once that was drawn, in its own clock.
@@ -426,8 +327,8 @@ def test_first_page_with_a_result(browser, serve):
     assert best[1] <= FIRST_RESULT_S
 
 
-def test_memory_while_sliders_move(browser, serve, large):
-    served = serve(*large)
+def test_memory_while_sliders_move(browser, serve, tmp_path):
+    served = serve(*still(tmp_path, 1280, 720))
     with opened(browser, served) as page:
         slider = page.slider("Level (0-255)")
         slider.focus()

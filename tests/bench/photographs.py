@@ -6,11 +6,10 @@ import json
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from dockpose import Camera, Dock, estimate
 from dockpose.app.inputs.pictures import camera_and_dock
@@ -38,7 +37,6 @@ class Job:
     path: Path
     told: int | None
     truth: dict[str, Any]
-    altered: int = 0  # number of the alteration, see ``altered``; 0 for the picture as it is
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,6 @@ class Result:
     seen: bool = False  # whether the dock was found, or refused with its angles
     held: tuple[bool, ...] | None = None  # whether 95 % intervals of x, y, z and both angles hold the truth
     held_seen: tuple[bool, ...] | None = None  # against where the lamps' light is seen
-    altered: int = 0  # number of the alteration
 
     @property
     def sure(self) -> bool:
@@ -103,44 +100,9 @@ def _no_dock(data: Path) -> Iterator[Job]:
             yield Job(NO_DOCK, str(told or "unknown"), path.name, path, told, {})
 
 
-def altered(image: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, float]:
-    """The same sight by another camera: turned, mirrored, larger or smaller, brighter or darker, noisy, JPEG.
-
-    With it the map (2, 3) of its pixels, and how many times as large it is.
-    """
-    height, width = image.shape[:2]
-    least, most = 240 / min(height, width), 2200 / max(height, width)
-    scale = min(max(float(np.exp(rng.uniform(math.log(0.5), math.log(1.4)))), least), most)
-    size = round(scale * width), round(scale * height)
-    turn = cv2.getRotationMatrix2D((0.0, 0.0), rng.uniform(-15, 15), scale) @ np.diag(
-        [rng.choice([-1.0, 1.0]), 1.0, 1.0]
-    )
-    turn[:, 2] = np.array(size) / 2 - turn[:, :2] @ [width / 2, height / 2]
-    smooth = cv2.GaussianBlur(image, (0, 0), 0.45 / scale) if scale < 1 else image
-    light = cv2.warpAffine(smooth, turn, size, borderMode=cv2.BORDER_REFLECT_101) / 255.0
-    light = light ** np.exp(rng.uniform(math.log(0.7), math.log(1.5))) * rng.uniform(0.75, 1.25)
-    levels = np.clip(np.rint(255 * light + rng.normal(0, rng.uniform(0, 3), light.shape)), 0, 255).astype(np.uint8)
-    _, stored = cv2.imencode(".jpg", levels, [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(50, 96))])
-    decoded = cv2.imdecode(stored, cv2.IMREAD_UNCHANGED)
-    assert decoded is not None
-    return decoded, turn, scale
-
-
-def _altered(job: Job, image: np.ndarray) -> tuple[Job, np.ndarray]:
-    """An alteration of a photograph of lamps, and where its lights are then."""
-    image, pixels, scale = altered(image, np.random.default_rng([job.altered, *job.name.encode()]))
-    truth = dict(job.truth)
-    if "lights" in truth:
-        truth["lights"] = np.array(truth["lights"]) @ pixels[:, :2].T + pixels[:, 2]
-        truth["radius_px"] *= scale
-    return replace(job, truth=truth), image
-
-
 def run(job: Job) -> Result:
     """Estimate one picture, and judge what was found as the set says it is right."""
     image = read(job.path)
-    if job.altered:
-        job, image = _altered(job, image)
     camera, dock = camera_and_dock_of(job, image.shape[1], image.shape[0])
     row = estimate(image, camera, dock).to_dict()
     chosen = row["candidates"][row["selected"]] if row["status"] == "ok" else None
@@ -173,7 +135,6 @@ def run(job: Job) -> Result:
         seen=seen,
         held=held[0],
         held_seen=held[1],
-        altered=job.altered,
     )
 
 

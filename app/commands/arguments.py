@@ -72,11 +72,6 @@ def _read_by(arguments: argparse.Namespace) -> Iterator[Path]:
         yield from files_of_session(session)
 
 
-def is_split(arguments: argparse.Namespace) -> bool:
-    """Whether pictures, or chunks of frames, go to other processes."""
-    return arguments.jobs > 1
-
-
 def check_least(arguments: argparse.Namespace, **least: int) -> None:
     """Raise UserError where a number is below its least."""
     for name, value in least.items():

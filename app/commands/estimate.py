@@ -3,8 +3,9 @@
 import argparse
 import contextlib
 import dataclasses
+import functools
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -99,7 +100,7 @@ def _lights_of(arguments: argparse.Namespace, parts: list[Batch | FrameSource | 
 def _check(arguments: argparse.Namespace) -> None:
     """Raise UserError for what the options cannot be, whatever the sources are."""
     rate_hz = arguments.rate
-    given.check_least(arguments, jobs=1, at_frame=0)
+    given.check_least(arguments, at_frame=0)
     if rate_hz is not None and not 0 < rate_hz < 1e6:
         raise UserError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
     if arguments.out is not None and arguments.out.suffix.lower() != MCAP_ENDING:
@@ -176,39 +177,22 @@ def _estimate_pictures(
     folder = None if how.annotate is None else results.folder(how.annotate)
     auto_masks = AutoMasks(settings, console.say)
 
-    def write(
-        path: Path, sha256: str | None, taken_s: float | None, found: Estimate, read: Callable[[], Picture]
-    ) -> None:
-        def keep(picture: np.ndarray) -> None:
-            if folder is not None:
-                folder.write(path.stem, picture)
-
-        name = as_text(str(path))
-        line = found.to_dict(name, 0, None, sha256, taken_s, how.carrier) | NO_TRACK | given.turned(how)
-        seen = Seen(name, results.frames, found, trust_of(found), vehicle=how.carrier)
-        results.write(line, str(path), seen, lambda: read().frame(), keep, bag)
-
-    if given.is_split(how):
-        from dockpose.app.processing.parallel import PictureWork, split, workers
-
-        with workers(how.jobs) as (executor, at_once):
-            for one in split(PictureWork(batch.files), executor, at_once, auto_masks, settings):
-                if one.estimate is None:
-                    batch.skip(one.message)
-                else:
-                    batch.tell_orientation(one.tag, batch.files[one.index].path)
-                    file = batch.files[one.index]
-                    write(file.path, one.sha256, one.time_unix_s, one.estimate, file.read)
-        return
-
     def work(picture: Picture) -> Estimate:
         wanted = auto_masks.settings_for(picture.image.shape, picture.camera, picture.dock)
         found = picture.estimate(wanted)
         auto_masks.see(found, str(picture.path))
         return found
 
+    def keep(path: Path, drawn: np.ndarray) -> None:
+        if folder is not None:
+            folder.write(path.stem, drawn)
+
     for picture, found in batch.run(work):
-        write(picture.path, picture.sha256, picture.time_unix_s, found, lambda picture=picture: picture)
+        path, name = picture.path, as_text(str(picture.path))
+        about = name, 0, None, picture.sha256, picture.time_unix_s, how.carrier
+        line = found.to_dict(*about) | NO_TRACK | given.turned(how)
+        seen = Seen(name, results.frames, found, trust_of(found), vehicle=how.carrier)
+        results.write(line, str(path), seen, picture.frame(), functools.partial(keep, path), bag)
 
 
 def run_session(arguments: argparse.Namespace) -> int:

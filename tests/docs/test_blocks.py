@@ -21,7 +21,6 @@ NOT_RUN = {
     r"dockpose( serve .*| --.*)?$": "serves until it is stopped; tests/app/commands/test_serve.py does",
     r"(dockpose ros|ros2) ": "needs a running ROS; tests/app/commands/test_ros.py has modules that stand for it",
     r"dockpose estimate (rts?p:|0 )": "needs a camera or a stream; tests/pipeline/sources has them over the loopback",
-    r".* --jobs 4": "starts processes, which takes ten seconds; tests/app/processing/test_parallel.py does",
     r"dockpose simulate --out approach": "renders a hundred pictures, half a minute",
     r"dockpose (reproduce|study) ": "takes minutes; tests/app/commands/test_paper.py has parts of it",
     r"dockpose calibrate ": "looks for boards for a minute; tests/app/commands/test_calibration.py does",

@@ -131,7 +131,6 @@ def test_what_is_no_picture_is_named_before_a_camera_is_asked_for(tmp_path, caps
         (["s1.png", "--camera", "words.png"], "words.png: holds no keys"),
         (["s1.png", "--level", "300"], "level is 300"),
         (["s1.png", "--min-area", "0"], "--min-area is 0"),
-        (["s1.png", "--jobs", "0"], "--jobs is 0"),
         (["s1.png", "--rate", "nan"], "--rate is nan"),
         (["s1.png", "--rate", "-1"], "--rate is -1"),
         (["s1.png", "--level", "30", "--method", "hats"], "does not go with --method hats"),

@@ -41,14 +41,13 @@ def test_a_film_is_followed_from_the_frame_whose_lights_are_set(tank, json_lines
         for frame in frames:
             video.write(frame.image)
     np.savetxt(tank / "lights.csv", frames[3].truth.lights_px, delimiter=",")
-    for more in ([], ["--jobs", "2"]):
-        words = ["film.mkv", *KNOWN, "--lights-at", "lights.csv", "--at-frame", "3", *more]
-        found = json_lines("estimate", *words)
-        by = [line["found_by"] for line in found]
-        assert by == ["search", "following", "following", "hand", *["following"] * 4]
-        assert [line["detection"] is None for line in found] == [False] * 3 + [True] * 5
-        for line, frame in zip(found, frames, strict=True):
-            np.testing.assert_allclose(line["chosen"]["position_m"], frame.truth.position_m, atol=0.02)
+    words = ["film.mkv", *KNOWN, "--lights-at", "lights.csv", "--at-frame", "3"]
+    found = json_lines("estimate", *words)
+    by = [line["found_by"] for line in found]
+    assert by == ["search", "following", "following", "hand", *["following"] * 4]
+    assert [line["detection"] is None for line in found] == [False] * 3 + [True] * 5
+    for line, frame in zip(found, frames, strict=True):
+        np.testing.assert_allclose(line["chosen"]["position_m"], frame.truth.position_m, atol=0.02)
     words[words.index("--at-frame") + 1] = "8"
     assert main(["estimate", *words]) == 1
     assert "film.mkv: has no frame 8, whose lights --lights-at sets" in capfd.readouterr().err

@@ -100,7 +100,12 @@ def visit(browser, app, *, first=False, **options):
     """A page of its own, on a laptop unless the options of its context say otherwise; of a ``first`` visit, or not."""
     options = {"viewport": {"width": LAPTOP[0], "height": LAPTOP[1]}} | options
     with contextlib.closing(browser.new_context(**options)) as context:
-        yield Page(context.new_page(), app, first=first)
+        page = Page(context.new_page(), app, first=first)
+        try:
+            yield page
+        except Exception:
+            print(page.errors, page.page.locator("[role=tab], [role=alert], dockpose-picture").all_inner_texts())
+            raise
 
 
 @pytest.fixture

@@ -150,20 +150,6 @@ def test_pictures_of_one_or_two_poses_are_refused(poses, alike, noise_px):
             calibrate_gathered(gathering, lens)
 
 
-def test_no_blur_refuses_a_picture():
-    hazy = [(name, hazed(grey, blur_px=4.0)) for name, grey in pictures(CHESSBOARD, TRUE, 6)]
-    done = calibrate_pictures(hazy, CHESSBOARD, "k2")
-    assert [each.is_blurred for each in done.used] == [True] * 6
-    assert abs(done.camera.fx - TRUE.fx) < 4 * done.sigmas.values["fx"]
-
-
-def hazed(grey, blur_px):
-    """A picture out of focus, with a quarter of its contrast, and noise."""
-    rng = np.random.default_rng(0)
-    seen = cv2.GaussianBlur(grey.astype(float), (0, 0), blur_px) / 4 + 80 + rng.normal(0, 2, grey.shape)
-    return np.clip(seen, 0, 255).astype(np.uint8)
-
-
 def test_boards_that_fit_less_well_count_less():
     """Of a third of the boards the corners are found nearly three times less well."""
     exact, rough = sightings(TRUE, 1, count=9, noise_px=0.05), sightings(TRUE, 2, count=4, noise_px=0.14)
@@ -196,8 +182,3 @@ def test_too_few_boards_are_named():
 def test_impossible_boards_are_named(values, message):
     with pytest.raises(ValueError, match=message):
         Board(*values)
-
-
-def test_an_unknown_lens_is_named():
-    with pytest.raises(ValueError, match="'anamorphic'"):
-        calibrate_pictures([], CHESSBOARD, "anamorphic")

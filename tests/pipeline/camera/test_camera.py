@@ -1,6 +1,5 @@
 import math
 
-import cv2
 import msgspec
 import numpy as np
 import pytest
@@ -106,15 +105,6 @@ def test_a_rescaled_picture_scales_the_intrinsics_about_pixel_corners():
         PINHOLE.for_size(640, 400)
 
 
-def test_rescaled_intrinsics_agree_with_a_picture_that_opencv_shrank():
-    picture = np.zeros((480, 640), np.uint8)
-    picture[100:104, 200:204] = 255  # centre (201.5, 101.5)
-    small = cv2.resize(picture, (160, 120), interpolation=cv2.INTER_AREA)
-    (y,), (x,) = np.nonzero(small)
-    ray = PINHOLE.rays([[201.5, 101.5]])
-    np.testing.assert_allclose(PINHOLE.for_size(160, 120).project(ray), [[x, y]], atol=1e-9)
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -162,8 +152,6 @@ TURNED_BY_RULE = {  # where a pixel of a 640 x 480 picture goes
 @pytest.mark.parametrize(
     "camera",
     [
-        PINHOLE,
-        BARREL,
         msgspec.structs.replace(BARREL, distortion=BARREL.distortion[:4]),
         RATIONAL,
         FISHEYE,

@@ -48,15 +48,6 @@ def test_what_loses_nothing_comes_back(image, ending):
     np.testing.assert_array_equal(decode(encoded(image, ending)), image)
 
 
-def test_transparent_pixels_are_put_on_black():
-    image = np.full((2, 3, 4), 200, np.uint8)
-    image[0, :, 3], image[1, :, 3] = 255, 0
-    decoded = decode(encoded(image))
-    assert decoded.shape == (2, 3, 3)
-    assert decoded[0].min() == 200
-    assert decoded[1].max() == 0
-
-
 def test_grey_by_hand():
     # ITU-R BT.601: 0.299 R + 0.587 G + 0.114 B; the picture is B, G, R.
     image = np.array([[[255, 0, 0], [0, 255, 0], [0, 0, 255]]], np.uint8)
@@ -80,7 +71,6 @@ def test_the_darkest_channel_has_white_alone_bright_and_a_grey_picture_has_none(
         (b"", r"dock\.png: the file is empty"),
         (b"these are words, not a picture", r"dock\.png: is not a picture"),
         (encoded(GRADIENT)[:-20], r"dock\.png: .*(damaged|cut short)"),
-        (encoded(np.tile(GRADIENT, (50, 50)), ".jpg")[:600], r"dock\.png: .*(damaged|cut short)"),
         (encoded(GRADIENT)[:20], r"dock\.png: "),
         (png_header(10001, 10000), r"dock\.png: .*10001 x 10000, 100 megapixels"),
         (png_header(2**31 - 1, 2**31 - 1), r"dock\.png: "),
@@ -172,20 +162,11 @@ def test_levels_of_16_bit_are_256_equal_bins():
     assert to_levels(GRADIENT)[0] is GRADIENT
 
 
-@pytest.mark.parametrize(
-    ("data", "message"),
-    [
-        (png_header(20000, 20000), r"big: .*megapixels"),
-        (
-            png_header(7000, 7000, bits=16, colours=6),
-            r"big: the picture is 7000 x 7000 with 8 bytes a pixel, 392 MB; at most 200",
-        ),
-    ],
-)
-def test_a_picture_that_would_take_too_much_memory_is_refused_before_it_is_decoded(data, message):
+def test_a_picture_that_would_take_too_much_memory_is_refused_before_it_is_decoded():
+    data = png_header(7000, 7000, bits=16, colours=6)
     tracemalloc.start()
     try:
-        with pytest.raises(ImageError, match=message):
+        with pytest.raises(ImageError, match=r"^big: .* 7000 x 7000 with 8 bytes a pixel, 392 MB; at most 200"):
             decode(data, "big")
         assert tracemalloc.get_traced_memory()[1] < 1e6
     finally:

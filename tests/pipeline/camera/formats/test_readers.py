@@ -45,8 +45,9 @@ def rows(matrix):
     return json.dumps(np.asarray(matrix).tolist())
 
 
-def opencv_file(ending, names=("image_width", "image_height", "camera_matrix", "distortion_coefficients"), flags=0):
+def opencv_file(ending, flags=0):
     storage = cv2.FileStorage(ending, cv2.FileStorage_WRITE | cv2.FileStorage_MEMORY | flags)
+    names = ("image_width", "image_height", "Camera_Matrix", "Distortion_Coefficients")  # as an older sample has them
     for name, value in zip(names, (WIDTH, HEIGHT, K, np.array(FIVE)[:, None]), strict=True):
         storage.write(name, value)
     return storage.releaseAndGetString()
@@ -127,20 +128,6 @@ roi:
   height: 0
   width: 0
   do_rectify: false
----
-"""
-ROS1 = f"""\
-header:
-  seq: 7
-  stamp: {{secs: 1, nsecs: 5}}
-  frame_id: "cam"
-height: {HEIGHT}
-width: {WIDTH}
-distortion_model: "plumb_bob"
-D: {FIVE}
-K: {K.ravel().tolist()}
-R: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
-P: [700.0, 0.0, 319.5, 0.0, 0.0, 700.0, 239.5, 0.0, 0.0, 0.0, 1.0, 0.0]
 ---
 """
 OST = f"""\
@@ -234,6 +221,7 @@ OPENICC = {"focal_length": FX, "aspect_ratio": FY / FX, "principal_pt_x": CX, "p
 OPENICC |= {f"radial_distortion_{number}": each for number, each in enumerate(BENT, start=1)}
 DEPTHAI = {"cameraType": 1, "distortionCoeff": BENT + [0.0] * 10, "intrinsicMatrix": K.tolist(), **SIZE}
 DEPTHAI |= {"extrinsics": {"rotationMatrix": K.tolist()}}
+BASALT = {"intrinsics": [{"camera_type": "kb4", "intrinsics": BY_NAME | KS}] * 2, "resolution": [[WIDTH, HEIGHT]] * 2}
 NERF = {"fl_x": FX, "fl_y": FY, "cx": HALF[0], "cy": HALF[1], "w": WIDTH, "h": HEIGHT, **KS}
 SVO = {"type": "pinhole", "intrinsics": {"cols": 1, "rows": 4, "data": [FX, FY, CX, CY]}}
 SVO |= {"distortion": {"type": "equidistant", "parameters": {"cols": 1, "rows": 4, "data": BENT}}}
@@ -261,14 +249,10 @@ FORMS = {
     ),
     "camodocal's fisheye": (BRANDT, fisheye()),
     "ros2 topic echo": (ECHO, pinhole(EIGHT)),
-    "rostopic echo": (ROS1 + ROS1, pinhole(FIVE)),
+    "rostopic echo": (2 * ECHO.replace("\nd:", "\nD:").replace("\nk:", "\nK:"), pinhole(EIGHT)),
     "ost.txt": (OST, pinhole(FIVE)),
     "OpenCV's XML": (opencv_file(".xml"), pinhole(FIVE)),
     "OpenCV's JSON": (opencv_file(".json"), pinhole(FIVE)),
-    "OpenCV's older sample": (
-        opencv_file(".yml", ("image_Width", "image_Height", "Camera_Matrix", "Distortion_Coefficients")),
-        pinhole(FIVE),
-    ),
     "OpenCV's sample, fisheye": (
         {"camera_matrix": K.tolist(), "distortion_coefficients": BENT, "fisheye_model": 1, **SIZE},
         fisheye(),
@@ -326,12 +310,8 @@ FORMS = {
     ),
     "EasyMocap": ({"K_01": K.tolist(), "D_01": FIVE, "W_01": WIDTH, "H_01": HEIGHT}, pinhole(FIVE)),
     "PhotonVision": (
-        {
-            "resolution": SIZE,
-            "cameraIntrinsics": {"rows": 3, "cols": 3, "data": K.ravel().tolist()},
-            "distCoeffs": {"rows": 1, "cols": 5, "data": FIVE},
-            "calobjectSize": {"width": 7.0, "height": 7.0},
-        },
+        {"cameraIntrinsics": {"rows": 3, "cols": 3, "data": K.ravel().tolist()}, "resolution": SIZE}
+        | {"distCoeffs": {"rows": 1, "cols": 5, "data": FIVE}, "calobjectSize": {"width": 7.0, "height": 7.0}},
         pinhole(FIVE),
     ),
     "WPILib": (OTHER | {"distortion_coefficients": EIGHT, "distortion_coefficients_rows": 8}, pinhole(EIGHT)),
@@ -355,15 +335,7 @@ FORMS = {
         pinhole(EIGHT),
     ),
     "OpenICC": (IMAGE | {"intrinsic_type": "FISHEYE", "fps": 30, "intrinsics": OPENICC}, fisheye()),
-    "Basalt": (
-        {
-            "value0": {
-                "intrinsics": [{"camera_type": "kb4", "intrinsics": BY_NAME | KS}] * 2,
-                "resolution": [[WIDTH, HEIGHT]] * 2,
-            }
-        },
-        fisheye(),
-    ),
+    "Basalt": ({"value0": BASALT}, fisheye()),
     "DepthAI": ({"boardName": "A", "cameraData": [[0, DEPTHAI]]}, fisheye()),
     "Nerfstudio": (
         NERF | {"camera_model": "OPENCV_FISHEYE", "frames": [{"transform_matrix": [[5.5] * 4] * 4}]},

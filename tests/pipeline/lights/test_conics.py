@@ -74,8 +74,3 @@ def test_points_anywhere_on_an_ellipse_are_no_ring_of_another_camera(seed):
 def test_points_strewn_at_random_are_no_ring(count):
     rng = np.random.default_rng(count)
     assert not any(rings_in(rng.uniform([0, 0], [640, 480], (count, 2))) for _ in range(20))
-
-
-def test_lights_anywhere_on_an_ellipse_are_no_ring():
-    turn = np.sort(np.random.default_rng(3).uniform(0, 2 * np.pi, 20))
-    assert rings_in(np.column_stack([320 + 150 * np.cos(turn), 240 + 100 * np.sin(turn)])) == []

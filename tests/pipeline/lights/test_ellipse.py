@@ -18,13 +18,6 @@ def on_ellipse(cx, cy, major, minor, angle, t):
     )
 
 
-def test_unit_circle_from_its_equation():
-    ellipse = ellipse_from_conic([1, 0, 1, 0, 0, -1])
-    assert ellipse.centre_px == pytest.approx((0, 0))
-    assert ellipse.semi_axes_px == pytest.approx((1, 1))
-    assert ellipse.eccentricity == pytest.approx(0, abs=1e-7)
-
-
 def test_an_ellipse_from_its_equation_whatever_the_sign():
     # (x - 3)^2 / 25 + (y + 1)^2 / 9 = 1, times 225.
     equation = np.array([9, 0, 25, -54, 50, 81 + 25 - 225])

@@ -162,20 +162,6 @@ def test_peaks_are_the_brightest_levels(size):
     assert markers_at(image, 80).peaks.tolist() == [140, 200]
 
 
-@pytest.mark.parametrize(("slope_x", "slope_y"), [(0.15, 0.0), (0.0, -0.15), (0.1, 0.1)])
-def test_water_that_grows_brighter_to_one_side_does_not_pull_a_centre(slope_x, slope_y):
-    # Taken for light, a rise of g levels a pixel over a lamp of radius r and height h moves its centre by about
-    # g r^2 / (4 h), here by some 0.05 pixels.
-    y, x = np.mgrid[:81, :81].astype(float)
-    lamp = 120 / (1 + np.exp(3 * (np.hypot(x - 40.3, y - 39.8) - 9.0)))
-    grey = np.round(256 * (70 + slope_x * (x - 40) + slope_y * (y - 40) + lamp)).astype(np.uint16)
-    box, rough = np.array([[31, 31, 49, 49]]), np.array([[40.0, 40.0]])
-    even = np.round(256 * (70 + lamp)).astype(np.uint16)
-    alone = grey_centres(even, box, rough)
-    np.testing.assert_allclose(alone, [[40.3, 39.8]], atol=0.02)  # a sharp edge is sampled by whole pixels
-    np.testing.assert_allclose(grey_centres(grey, box, rough), alone, atol=0.005)
-
-
 @pytest.mark.parametrize(("step", "depth"), [(1, np.uint8), (16, np.uint16), (256, np.uint16)])
 def test_a_lamp_that_is_brighter_on_one_side_is_centred_by_its_outline_at_every_depth(step, depth):
     # By its light a lamp of radius r whose level rises by g of it a pixel would be off by g r^2 / 4, here 0.32 pixels.

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
-from dockpose.lights.chance import NO_STRINGS, NONE_NEAR, Scene, log_background
+from dockpose.lights.chance import Scene
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.polygon import find_polygons
@@ -87,26 +87,20 @@ def test_half_a_ring_among_strays_is_none_but_hints_at_one():
     assert ring.least_log_chance < 0  # fewer than one in such a picture by chance
 
 
-def test_of_a_ring_and_its_dimmer_mirror_image_the_ring_is_kept():
-    ours = lights(z_m=1.5, centre=(0.0, 0.15))
-    image = ours * [1, -1] + [0, 330]
-    points = np.vstack([image, ours])
-    peaks = np.array([90] * 10 + [220] * 10)
-    assert ring_of(points, peaks=peaks).on_ring.tolist() == [False] * 10 + [True] * 10
-
-
-@pytest.mark.parametrize(("farther", "is_kept"), [(1.002, True), (1.05, False)])
-def test_of_two_rings_as_far_away_as_builders_tell_the_brighter_is_the_dock(farther, is_kept):
+@pytest.mark.parametrize(
+    ("farther", "level", "is_kept"),
+    [
+        (1.002, 90, True),
+        (1.05, 90, False),
+        (1.004, 200, False),  # nearly as bright
+    ],
+)
+def test_of_two_rings_as_far_away_as_builders_tell_the_brighter_is_the_dock(farther, level, is_kept):
     # Lamps 2 % of the radius off their places move the range of ten lights by .9 %.
     bright, dim = lights(z_m=1.5 * farther, centre=(-0.25, 0.0)), lights(z_m=1.5, centre=(0.25, 0.0))
-    ring = ring_of(np.vstack([bright, dim]), peaks=np.array([220] * 10 + [90] * 10))
+    ring = ring_of(np.vstack([bright, dim]), peaks=np.array([220] * 10 + [level] * 10))
     assert ring.on_ring.tolist() == [is_kept] * 10 + [not is_kept] * 10
-
-
-def test_of_two_rings_nearly_as_bright_the_nearer_is_the_dock():
-    far, near = lights(z_m=1.506, centre=(-0.25, 0.0)), lights(z_m=1.5, centre=(0.25, 0.0))
-    ring = ring_of(np.vstack([far, near]), peaks=np.array([220] * 10 + [200] * 10))
-    assert (ring.on_ring.tolist(), ring.alike) == ([False] * 10 + [True] * 10, 1)
+    assert level == 90 or ring.alike == 1
 
 
 @pytest.mark.parametrize("count", [5, 8, 12])
@@ -157,11 +151,6 @@ def test_lights_of_very_unequal_size_are_kept():
     points = np.vstack([lights(6), text()])
     areas = np.array([3, 200, 12, 60, 400, 5] + [110] * 19)
     assert np.flatnonzero(ring_of(points, 6, areas=areas).on_ring).tolist() == list(range(6))
-
-
-def test_five_lights_that_are_all_of_them_are_found_among_letters():
-    points = np.vstack([text(), lights(5)])
-    assert np.flatnonzero(ring_of(points, 5).on_ring).tolist() == list(range(19, 24))
 
 
 def test_a_ring_of_half_as_many_lights_is_not_the_dock():
@@ -218,25 +207,21 @@ def test_snow_and_text_without_a_dock_are_no_ring(count, seed):
     assert "None of the 49 groups" in ring.reason
 
 
-def test_two_lines_of_text_are_no_arc_of_a_huge_ring():
-    points = np.vstack([text(), text(20.0, 450.0, 6)])
-    assert not ring_of(points, None).found
-
-
 def test_without_the_number_of_lights_a_ring_is_still_found():
     assert ring_of(lights(9), None).on_ring.all()
     points = np.vstack([lights(10), text()])
     assert np.flatnonzero(ring_of(points, None).on_ring).tolist() == list(range(10))
 
 
-def test_the_same_points_give_the_same_ring():
-    points = np.random.default_rng(5).uniform(0, 480, (60, 2))
-    assert ring_of(points).on_ring.tolist() == ring_of(points).on_ring.tolist()
-
-
-@pytest.mark.parametrize("points", [np.zeros((12, 2)), np.full((6, 2), 3.0), np.arange(20.0).reshape(10, 2)])
-def test_coincident_or_collinear_points_are_no_ring(points):
-    assert not ring_of(points).found
+@pytest.mark.parametrize(
+    ("points", "count"),
+    [
+        *((points, 10) for points in (np.zeros((12, 2)), np.full((6, 2), 3.0), np.arange(20.0).reshape(10, 2))),
+        (np.vstack([text(), text(20.0, 450.0, 6)]), None),  # two lines of text are no arc of a huge ring
+    ],
+)
+def test_coincident_or_collinear_points_are_no_ring(points, count):
+    assert not ring_of(points, count).found
 
 
 def test_more_groups_than_can_be_looked_at_leave_the_brightest():
@@ -262,7 +247,7 @@ def test_a_polygon_seen_from_impossibly_near_is_refused():
     assert all(len(other.members) < 10 or other.polygon.squares_px2 > 1 for other in others)
 
 
-def close(seed: int, count: int, strays: int, missing: int = 0, tilt_deg: tuple[float, float] = (35, 55)):
+def close(seed: int, count: int, strays: int, missing: int, tilt_deg: tuple[float, float]):
     """Points on a ring 0.15 to 0.25 m away from a wide lens, then strays, and the camera."""
     rng = np.random.default_rng([seed, count, strays])
     camera = Camera(320.0, 320.0, 319.5, 239.5, 640, 480)
@@ -284,22 +269,22 @@ def close(seed: int, count: int, strays: int, missing: int = 0, tilt_deg: tuple[
     return np.vstack([ours, points[len(ours) :]]), camera
 
 
-@pytest.mark.parametrize(("count", "strays", "missing"), [(8, 10, 0), (8, 8, 1), (10, 20, 0), (10, 0, 1)])
-def test_a_ring_close_to_a_wide_lens_is_found_among_strays_although_perspective_bends_it(count, strays, missing):
+@pytest.mark.parametrize(
+    ("count", "strays", "missing", "tilt_deg", "least"),
+    [
+        # Chance alone hides few: ten strays come near a lamp's place in one ring of a hundred.
+        *((*those, (35, 55), 19) for those in ((8, 10, 0), (8, 8, 1), (10, 20, 0), (10, 0, 1))),
+        (10, 4, 1, (0, 8), 20),  # nearly square on
+    ],
+)
+def test_a_ring_close_to_a_wide_lens_is_found_among_strays(count, strays, missing, tilt_deg, least):
+    """Although perspective bends it."""
     right = 0
     for seed in range(20):
-        points, camera = close(seed, count, strays, missing)
+        points, camera = close(seed, count, strays, missing, tilt_deg)
         ring = find_ring(points, as_markers(points), camera, Dock(0.30, count), AREA_PX2)
         right += ring.on_ring.tolist() == [True] * (count - missing) + [False] * strays
-    # Chance alone hides few: ten strays come near a lamp's place in one ring of a hundred.
-    assert right >= 19
-
-
-def test_a_ring_close_to_a_wide_lens_and_nearly_square_on_is_found_with_a_light_missing():
-    for seed in range(20):
-        points, camera = close(seed, 10, 4, 1, tilt_deg=(0, 8))
-        ring = find_ring(points, as_markers(points), camera, Dock(0.30, 10), AREA_PX2)
-        assert ring.on_ring.tolist() == [True] * 9 + [False] * 4, seed
+    assert right >= least
 
 
 @pytest.mark.parametrize("count", [5, 6, 8, 12])
@@ -338,21 +323,6 @@ def test_a_learnt_dock_s_lights_are_sought_where_it_has_them(count):
     found = find_ring(points, as_markers(points), CAMERA, learnt, AREA_PX2)
     assert np.flatnonzero(found.on_ring).tolist() == list(range(count))
     assert not ring_of(points, count).on_ring[:count].all()
-
-
-def test_noise_drops_no_light():
-    rng = np.random.default_rng(5)
-    for _ in range(20):
-        ring = lights() + rng.normal(0, 0.3, (10, 2))
-        points = np.vstack([ring, [[20, 30], [600, 440], [610, 20]]])
-        assert ring_of(points).on_ring.tolist() == [True] * 10 + [False] * 3
-
-
-@pytest.mark.parametrize("count", [4, 5, 12])
-def test_points_in_a_line_are_no_ring(count):
-    # A ring whose picture is a line could be any row of points, however near they are to it.
-    chance = log_background(count, 19, (168.0, 0.0), 6912.0, NONE_NEAR, NO_STRINGS)
-    assert chance == math.inf
 
 
 def run_together(points, pairs):

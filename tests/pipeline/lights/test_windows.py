@@ -26,18 +26,9 @@ def test_a_light_is_found_beside_its_expected_place_with_its_height():
     assert not found.cut[0]
 
 
-def test_the_flank_of_a_brighter_light_is_no_spot():
-    found = spots(drawn((40, 30, 60, 1.5), (52, 30, 200, 2.5)), (40, 30), far=7)
-    np.testing.assert_allclose(found.points_px, [[40, 30]], atol=0.3)
-
-
 def test_nothing_is_found_of_even_water_or_outside_the_picture():
     found = spots(drawn(), (40, 30), (-5, 10), (100, 10))
     assert np.isnan(found.heights).all()
-
-
-def test_a_light_at_the_edge_is_cut():
-    assert spots(drawn((1.0, 30, 150, 2.0)), (2, 30)).cut[0]
 
 
 def by_labels(picture, point, far, reach):

@@ -20,7 +20,6 @@ from dockpose.app.web.panels.play import SequencePanel
 from dockpose.app.web.panels.settings import STEPS_HTML, SettingsPanel
 from dockpose.app.web.panels.source import SimulatorPanel, SourcePanel
 from dockpose.app.web.panels.tank import BudgetPanel, CameraPanel, ChipsPanel, TanksPanel
-from dockpose.app.web.panels.trajectory import TrajectoryPanel
 from dockpose.app.web.panels.view import PicturePanel
 from dockpose.app.web.widgets import Panel, take_number
 
@@ -64,7 +63,6 @@ class Layout:
             request_to("take", **boxes): log.take_typed,
             request_to("typed", **boxes): log.typed,
             request_to("board", name=str): self.of(CalibrationPanel).toggle,
-            request_to("truth", what=str): self.of(TrajectoryPanel).ask,
             request_to("chip", label=str): self.of(ChipsPanel).press,
             request_to("layers", of=list[str]): exports.follow,
             request_to("given", label=str): lambda asked, client: app.change(
@@ -118,7 +116,4 @@ class Layout:
             for title, kind in OVER.items():
                 with shown.add_tab(title):
                     self._made[kind] = kind(app)
-                    if kind is ExperimentPanel:
-                        session = lambda: self.of(ExperimentPanel).folder  # noqa: E731
-                        self._made[TrajectoryPanel] = TrajectoryPanel(app, session)
         left.dock_left()

@@ -124,9 +124,7 @@ def test_pictures_whose_lights_are_known_make_one_table_of_all_methods(tank, cap
     at = lines.index("2 pictures whose lights are known")
     assert lines[at + 2].split()[:5] == ["HATS", "2", str(2 * len(lights)), "of", str(2 * len(lights))]
     assert lines[at + 2].split()[7:] == ["2", "2", "2", "0.0", "0.0"]
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
-        f"methods.{end}" for end in ("csv", "png", "svg", "tex")
-    ]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [f"methods.{end}" for end in ("csv", "tex")]
 
 
 def test_lights_that_cannot_be_of_a_picture_are_named_with_it_and_the_others_are_compared(tank, capsys):

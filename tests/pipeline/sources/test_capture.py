@@ -8,7 +8,6 @@ from dockpose.sources import DEFAULT_CAPTURE, CaptureSettings, Live, camera_numb
 from dockpose.sources.kinds import Kind
 
 from tests.support.cameras import V4l2Camera
-from tests.support.clock import until
 
 GREY = [np.full((480, 640), level, np.uint8) for level in range(0, 250)]
 DEEP = [np.full((480, 640), 257 * level + 3, np.uint16) for level in range(0, 250)]
@@ -87,16 +86,6 @@ def test_grey_formats_keep_their_levels(monkeypatch, capture, pictures, formats)
     assert (frame.image.dtype, frame.image.shape) == (pictures[0].dtype, (480, 640))
     assert np.array_equal(frame.image, pictures[frame.index])
     assert told == []
-
-
-def test_settings_are_passed_on_while_it_runs(monkeypatch):
-    frames, _, camera = opened(monkeypatch, CaptureSettings(exposure=50))
-    with frames:
-        next(iter(frames))
-        frames.ask(CaptureSettings(exposure=25))
-        until(lambda: "25 set" in frames.about)
-        assert camera.controls[cv2.CAP_PROP_EXPOSURE] == 25
-    assert frames.about.endswith("exposure 25 asked, 25 set")
 
 
 def test_a_rate_is_changed_while_it_runs_and_an_exposure_without_interrupting(monkeypatch):

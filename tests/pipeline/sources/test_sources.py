@@ -15,7 +15,7 @@ from dockpose.sources import Kind, Live, Pictures, SourceError, kind_of, open_fr
 from dockpose.sources.capture import Capture
 
 from tests.support.scenes import CAMERA, random_scene
-from tests.support.sources import by_number_as_in_order, taken
+from tests.support.sources import by_number_as_in_order
 from tests.support.streams import MjpegServer
 
 SMALL = msgspec.structs.replace(random_scene(1), camera=CAMERA.for_size(320, 240))
@@ -94,13 +94,6 @@ def test_a_folder_comes_in_numeric_order_and_a_broken_picture_is_left_out(tmp_pa
     assert "frame9.png: is not a picture" in told[0]
     assert found[0].name == str(folder / "frame8.png")
     assert len(found[0].sha256 or "") == 64
-
-
-def test_pictures_without_a_rate_have_no_times(tmp_path):
-    folder = write_folder(tmp_path / "film", range(2))
-    found, _, frames = taken(folder / "*.png")
-    assert [frame.time_s for frame in found] == [None, None]
-    assert (frames.rate_hz, frames.is_live) == (None, False)
 
 
 @pytest.mark.parametrize(("name", "codec"), [("a.mp4", "mp4v"), ("a.avi", "MJPG"), ("b.avi", "FFV1")])

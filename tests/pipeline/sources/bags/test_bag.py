@@ -1,7 +1,6 @@
 """Bags that other libraries wrote, as frames; and those that are cut short, are none, or leave a question open."""
 
 import sys
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -186,20 +185,6 @@ def test_of_a_database_that_breaks_off_the_frames_before_are_there(tmp_path, sha
     assert told == [f"{path}: the bag is cut short: {len(found)} frames are there"]
 
 
-def test_of_a_database_that_is_damaged_within_the_frames_before_are_there(tmp_path):
-    shown = pictures(40)
-    (path,) = bags.write_rosbag2(tmp_path / "bag", bags.frames(shown)).glob("*.db3")
-    data = bytearray(path.read_bytes())
-    at = data.find(shown[20].tobytes()) // 4096 * 4096
-    data[at : at + 2 * 4096] = b"\xff" * 8192
-    path.write_bytes(data)
-    found, told, bag = taken(path)
-    assert bag.is_cut_short
-    assert 0 < len(found) < 40
-    assert all(np.array_equal(frame.image, picture) for frame, picture in zip(found, shown, strict=False))
-    assert told[-1] == f"{path}: the bag is cut short: {len(found)} frames are there"
-
-
 def test_a_picture_without_a_time_stamp_among_others_follows_the_one_before(tmp_path):
     entries = bags.frames(pictures(4))
     topic, kind, time_ns, _ = entries[2]
@@ -259,16 +244,6 @@ def test_the_camera_beside_the_pictures(tmp_path, store):
     camera, notes = described(tmp_path, entries, store=store)
     assert camera == Camera(70, 70, 31.5, 23.5, 64, 48, (-0.1, 0.01, 0.0, 0.0, 0.0))
     assert notes == ["the camera is that of the bag's topic /camera/camera_info"]
-
-
-def test_a_camera_that_is_not_calibrated_or_of_another_size_is_not_taken(tmp_path):
-    shown = bags.frames(pictures(2))
-    uncalibrated = "the camera of /camera/camera_info was not calibrated (its focal length is 0)"
-    assert described(tmp_path, [info(K=(0.0,) * 9), *shown]) == (None, [uncalibrated])
-    whole = ("/camera/camera_info", bags.CAMERA_INFO, START_NS, bags.camera_info(K, (640, 480)))
-    camera, (note,) = described(tmp_path, [whole, *shown])
-    assert camera is None
-    assert note.endswith("cannot be used (it is for pictures of 640 x 480 pixels, but they have 64 x 48)")
 
 
 def test_a_camera_that_changes_is_named_and_one_that_is_calibrated_late_is_taken(tmp_path):
@@ -358,9 +333,3 @@ def test_without_the_packages_one_sentence_says_how_to_get_them(tmp_path, monkey
     monkeypatch.setitem(sys.modules, "mcap.records", None)
     with pytest.raises(SourceError, match=r"pip install 'dockpose\[ros\]'"):
         Bag(str(path))
-
-
-def test_a_folder_of_pictures_is_no_bag(tmp_path: Path):
-    (tmp_path / "a.png").write_bytes(b"")
-    (tmp_path / "metadata.yaml").write_text("camera: 1")
-    assert kind_of(str(tmp_path)) is Kind.FOLDER

@@ -55,11 +55,6 @@ def test_a_bayer_pattern_of_one_colour_gives_that_colour(pattern, bits):
     assert np.array_equal(found, np.full((8, 8, 3), (50, 100, 200)))
 
 
-def test_png_of_16_bits():
-    picture = np.array([[0, 300], [4095, 65535]], np.uint16)
-    assert np.array_equal(picture_in(bags.compressed(picture, "png")), picture)
-
-
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
@@ -202,12 +197,6 @@ OTHERS = """
 @pytest.mark.parametrize("topic", [*RECTIFIED.split(), *OTHERS.split()])
 def test_rectified_is_a_word_of_its_own(topic):
     assert is_rectified(topic) == (topic in RECTIFIED.split())
-
-
-def test_a_camera_without_calibration_is_none_and_an_unknown_lens_refused():
-    assert camera_of(bags.camera_info((0.0,) * 9, (640, 480)))[0] is None
-    with pytest.raises(ValueError, match="distortion_model is 'ovali'"):
-        camera_of(bags.camera_info(K, (640, 480), model="ovali"))
 
 
 def smooth_colours(height=48, width=64):

@@ -143,7 +143,7 @@ def test_two_browsers_show_the_same_and_one_may_leave(page, second):
     page.until(lambda: page.app.view.camera.fx == 760)
 
 
-SLIDERS = ("fx (px)", "fy (px)", "cx (px)", "cy (px)", "Diameter (cm)", "Number of lights", "k1", "Level (0-255)")
+SLIDERS = ("fx (px)", "Number of lights", "k1", "Level (0-255)")
 
 
 @pytest.mark.parametrize("label", SLIDERS)

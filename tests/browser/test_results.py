@@ -186,8 +186,3 @@ def test_results_of_another_picture_are_dimmed_until_compared_again(page):
         card(page, method).focus()
         assert verdict in looked_at(page)[1]
         assert ("Steps in" in looked_at(page)[1]) == (method == "hats_local")
-    page.tab("Picture")
-    page.choose("Sample scene", "plain")
-    page.tab("Compare")
-    page.until(lambda: "plain." in page.page.locator("dockpose-compare [role=note]").inner_text())
-    page.tab("Picture")

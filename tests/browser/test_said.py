@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from dockpose.app.state.changes import with_method
 from dockpose.app.state.view import with_sample
-from dockpose.sidecar import sample_path
 
 from tests.browser.conftest import LAPTOP, visit
 
@@ -43,13 +42,9 @@ def test_however_long_the_words_are_nothing_moves(page, resized, wide):
     assert len(found) == 1
 
 
-def test_no_press_of_a_tab_or_a_tool_moves_another(page):
-    page.tab("Source")
+def test_no_press_of_a_tool_moves_another(page):
     page.page.mouse.move(5, 5)
     before = page.page.evaluate(PLACES)
-    for name in ("Tank", "Detect", "Export", "Settings", "Source"):
-        page.tab(name)
-        assert page.page.evaluate(PLACES) == before
     for name in ("contrast", "ruler", "ruler", "thresholded", "annotated", "contrast"):
         page.page.locator(f"dockpose-picture [data-do={name}]").click()
         page.rest()
@@ -74,21 +69,6 @@ def test_a_picture_in_which_nothing_is_bright_is_said_in_words(page):
     page.until(lambda: " in black.png (" in page.status)
     told = page.page.get_by_label("grey level under the pointer")
     page.until(lambda: told.inner_text() == "Nothing is bright enough: no level keeps a light.")
-
-
-def test_of_several_pictures_the_first_is_shown_and_an_end_of_the_list_says_so(page):
-    names = ("tilted", "snow", "far")
-    page.send("Upload pictures", *((f"{name}.png", sample_path(name).read_bytes()) for name in names))
-    page.until(lambda: page.app.kept.names()[-3:] == [f"{name}.png" for name in names])
-    page.until(lambda: page.app.wait_until_idle(0.1) and " in tilted.png (" in page.status)
-    page.page.locator("dockpose-picture .stage").focus()
-    for key, name in (("n", "snow"), ("n", "far")):
-        page.page.keyboard.press(key)
-        page.until(lambda name=name: f" in {name}.png (" in page.status)
-    page.page.keyboard.press("n")
-    page.page.get_by_text("far.png is the last of ").wait_for()
-    page.send("Upload pictures", *((f"{name}.png", sample_path(name).read_bytes()) for name in names))
-    page.until(lambda: " in tilted.png (" in page.status)
 
 
 def test_a_file_that_is_refused_is_what_is_seen(page):

@@ -72,6 +72,8 @@ def test_several_pictures_at_once_and_turning_pages(page):
     page.until(lambda: page.has_found("plain.png"))  # the first of them
     page.page.keyboard.press("n")
     page.until(lambda: page.has_found("tilted.png"))
+    page.page.keyboard.press("n")
+    page.page.get_by_text("tilted.png is the last of ").wait_for()
     page.page.keyboard.press("p")
     page.until(lambda: page.has_found("plain.png"))
     assert page.box("Uploaded").input_value() == "plain.png"

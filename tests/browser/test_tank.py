@@ -11,7 +11,7 @@ from dockpose.app.web.server.options import Options
 from dockpose.sidecar import sample_path, samples_folder
 from msgspec.structs import replace as changed
 
-from tests.browser.conftest import HANGS_S, TABS, visit
+from tests.browser.conftest import HANGS_S
 
 pytestmark = pytest.mark.browser
 OWN = Camera(649.0, 649.0, 319.5, 239.5, 640, 480)  # sees 92.7 cm where the sample's camera, of 700 px, sees 100
@@ -101,14 +101,6 @@ def test_tanks_are_saved_under_names_and_one_choice_brings_one_back(tank, folder
     tank.until(lambda: tank.box("Saved tanks").input_value() == "(not saved)")
     tank.choose("Saved tanks", "Pool A")
     tank.until(lambda: "dock 30 cm" in line(tank) and "changed" not in line(tank))
-    tank.box("Diameter (cm)").fill("60")
-    tank.until(lambda: tank.app.view.tank.dock.diameter == 0.6)
-    tank.box("Save as").fill("Pool B")
-    tank.rest()
-    tank.box("Save as").press("Enter")
-    tank.until(lambda: "Pool B" in line(tank))
-    tank.choose("Saved tanks", "Pool A")
-    tank.until(lambda: "Pool A: fx 649.0 px at 640 × 480, dock 30 cm" in line(tank))
     tank.until(lambda: tank.box("Diameter (cm)").input_value() == "30")
 
 
@@ -143,18 +135,9 @@ def test_notes_on_an_assumed_camera_and_dock_go_once_they_are_given_and_trust_ha
 
 
 REFUSED = {
-    "Diameter (cm)": {
-        "0": "0 is outside 1 to 300",
-        "abc": "it must be a number",
-        "9999": "9999 is outside",
-        "1.2 kg": "it must",
-    },
-    "Number of lights": {
-        "9.5": "it must be a whole number",
-        "-2": "-2 is outside 0 to 60",
-        "ten": "it must be a number",
-    },
-    "fx (px)": {"99999": "99999 is outside 128 to 3200", "7 cm": "it must be a number"},
+    "Diameter (cm)": {"0": "0 is outside 1 to 300", "1.2 kg": "it must be a number"},
+    "Number of lights": {"9.5": "it must be a whole number"},
+    "fx (px)": {"99999": "99999 is outside 128 to 3200"},
 }
 
 
@@ -197,21 +180,6 @@ def test_a_number_that_only_another_can_be_is_told(page):
     typed(page, box, "1")
     page.page.get_by_text("Number of lights cannot be 1; it is 3 now.").wait_for()
     page.until(lambda: page.app.view.dock.lights == 3 and box.input_value() == "3")
-
-
-@pytest.fixture
-def other_page(browser, app):
-    with visit(browser, app) as page:
-        yield page
-
-
-def test_line_on_my_tank_is_in_view_from_every_tab(page, other_page):
-    other_page.open()
-    for name in TABS:
-        other_page.tab(name)
-        place = other_page.page.locator("#tank").bounding_box()
-        assert 560 <= place["x"] <= place["x"] + place["width"] <= 1366
-        assert 0 <= place["y"] <= place["y"] + place["height"] <= 56
 
 
 def test_error_budget_of_the_tank_in_force(page):

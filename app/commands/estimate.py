@@ -20,14 +20,13 @@ from dockpose.app.errors import UserError, blaming, check_place
 from dockpose.app.experiment.record import is_session
 from dockpose.app.export.recordings.ros import ENDING as MCAP_ENDING
 from dockpose.app.export.recordings.ros import Seen
-from dockpose.app.inputs.pictures import Batch, Picture, UnknownError, take_labels
+from dockpose.app.inputs.pictures import Batch, Picture, UnknownError
 from dockpose.app.inputs.received import safe_name
 from dockpose.app.inputs.sequences import FrameSource, resolve
 from dockpose.app.processing.masks import AutoMasks
 from dockpose.app.resources import versions
 from dockpose.app.state.trust import trust_of
 from dockpose.camera.image import decode, read_picture_file
-from dockpose.labels import is_labels
 from dockpose.lights.by_hand import ByHand
 from dockpose.sidecar import load_lights
 from dockpose.text import as_text
@@ -81,9 +80,6 @@ def _lights_of(arguments: argparse.Namespace, parts: list[Batch | FrameSource | 
             raise UserError("--snap and --at-frame go with --lights-at FILE")
         return None
     with blaming("--lights-at "):
-        if is_labels(path) and not arguments.at_frame:
-            take_labels(parts, path, console.say, snap=arguments.snap)
-            return None
         lights = load_lights(path)
     if arguments.snap:
         lights = msgspec.structs.replace(lights, snap=True)

@@ -3,20 +3,18 @@
 import argparse
 from collections.abc import Callable, Collection
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from dockpose import Camera, Dock, Settings
+from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
 from dockpose.app.drawing.annotated import DRAWN, LAYERS, check_layers
 from dockpose.app.errors import UserError, blaming, check_folder, writing
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.record import is_session, lacks
-from dockpose.app.export.data import to_json
-from dockpose.app.inputs.pictures import Batch, camera_and_dock
+from dockpose.app.inputs.pictures import camera_and_dock
 from dockpose.app.inputs.protected import Protected
 from dockpose.files import write_whole
-from dockpose.labels import labels_of
 from dockpose.sources.bags.storage import check_regular
 
 if TYPE_CHECKING:
@@ -89,8 +87,7 @@ def _files(
     if source.suffix.lower() in _LINES_ENDINGS:
         return sequence_files(source, lack)
     if source.is_dir():
-        labels = to_json(_labels(source, camera, dock, rotate_deg, lack))
-        return {"labels.json": lambda: labels}
+        raise UserError(f"{source}: is a folder, and no session; give one picture, or what estimate --json wrote")
     check_regular(str(source))
     if source.is_file():  # else it is reported when it is opened
         camera, dock = camera_and_dock(source, camera, dock)
@@ -100,15 +97,6 @@ def _files(
     if "truth" in layers and view.truth is None:
         lack(f"{source}: no truth is known of it, so that none is drawn")
     return picture_files(analyse(view), layers=layers, sha256=view.sha256)
-
-
-def _labels(
-    folder: Path, camera: Camera | None, dock: Dock | None, rotate_deg: int, lack: Callable[[str], None]
-) -> dict[str, Any]:
-    """The lights found in each picture of a folder, or set there by hand, as COCO's keypoints."""
-    batch = Batch([str(folder)], camera, dock, lack, rotate_deg)
-    found = batch.run(lambda picture: picture.estimate(Settings()))
-    return labels_of((picture.path.name, one) for picture, one in found)
 
 
 def _write(path: Path, content: bytes, option: str) -> None:

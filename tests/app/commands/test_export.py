@@ -140,7 +140,7 @@ def test_what_cannot_be_exported_is_said(tmp_path, folder, refusal):
         (picture, "out", camera, "how large is the dock"),
         (folder, "a.docx", [], "there is no .docx"),
         (folder, "a.svg", ["--layers", "lamps"], "--layers has 'lamps'"),
-        (tmp_path, "out", [], "which camera"),
+        (tmp_path, "out", [], "is a folder, and no session"),
         (tmp_path / "gone.png", "out", [], "cannot be read"),
     ):
         words = ["export", str(source), "--out", str(tmp_path / out), *more]

@@ -1,7 +1,5 @@
 """``--lights-at``: lights that somebody has set, of a picture and of a frame of a film."""
 
-import shutil
-
 import numpy as np
 import pytest
 from dockpose.app.cli import main
@@ -80,22 +78,3 @@ def test_what_does_not_go_with_lights_is_said(clicked, refusal, words, why):
 def test_results_say_that_nothing_checks_the_lights(clicked, capfd):
     assert main(["estimate", PLAIN, "--lights-at", "lights.csv"]) == 0
     assert "The lights were set by hand: nothing checks that they are a dock." in capfd.readouterr().out
-
-
-def test_labels_that_export_writes_give_each_picture_its_lights_again(tank, json_lines, capfd):
-    folder = tank / "some"
-    folder.mkdir()
-    for name in ("plain", "tilted"):
-        for ending in (".png", ".yaml"):
-            shutil.copy(sample_path(name).with_suffix(ending), folder)
-    assert main(["export", "some", "--out", "labels.json"]) == 0
-    assert capfd.readouterr().out == "labels.json\n"
-    first = json_lines("estimate", "some")
-    (folder / "more.png").write_bytes((folder / "plain.png").read_bytes())
-    (folder / "more.yaml").write_bytes((folder / "plain.yaml").read_bytes())
-    more, *again = json_lines("estimate", "some", "--lights-at", "labels.json")
-    assert (more["found_by"], [line["found_by"] for line in again]) == ("search", ["hand"] * 2)
-    for one, other in zip(first, again, strict=True):
-        before, after = ([(mark["x_px"], mark["y_px"]) for mark in line["markers"]] for line in (one, other))
-        away = np.linalg.norm(np.array(before)[:, None] - after, axis=2)
-        assert away.min(axis=0).max() < 1e-6

@@ -131,7 +131,7 @@ def vehicle_of(arguments: argparse.Namespace) -> Vehicle | None:
 
 def dock_of(arguments: argparse.Namespace) -> Dock | None:
     """The dock that was described; None where none was. Raises UserError for an impossible one."""
-    if getattr(arguments, "dock", None) is not None:  # which no budget takes, whose lights are evenly spaced
+    if arguments.dock is not None:
         if arguments.dock_diameter is not None or arguments.lights is not None:
             raise UserError(f"--dock {arguments.dock} says it all; it does not go with --dock-diameter or --lights")
         with blaming("--dock: "):

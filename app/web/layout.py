@@ -19,14 +19,14 @@ from dockpose.app.web.panels.picture import StripPanel, ViewpointPanel, table_ht
 from dockpose.app.web.panels.play import SequencePanel
 from dockpose.app.web.panels.settings import STEPS_HTML, SettingsPanel
 from dockpose.app.web.panels.source import SimulatorPanel, SourcePanel
-from dockpose.app.web.panels.tank import BudgetPanel, CameraPanel, ChipsPanel, TanksPanel
+from dockpose.app.web.panels.tank import CameraPanel, ChipsPanel, TanksPanel
 from dockpose.app.web.panels.view import PicturePanel
 from dockpose.app.web.widgets import Panel, take_number
 
 # The tabs beside the picture, the first of them open, and their panels from above; each ends with a link to its part
 # of the help.
 TABS: dict[str, tuple[type[Panel], ...]] = {
-    "Tank": (TanksPanel, BudgetPanel),
+    "Tank": (TanksPanel,),
     "Source": (SourcePanel, SequencePanel, GuidancePanel, SimulatorPanel),
     "Detect": (DetectPanel, PosePanel),
     "Export": (ExportPanel,),

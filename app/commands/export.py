@@ -1,4 +1,4 @@
-"""``dockpose export``: a picture, a session or a sequence in; tables, plots, reports and annotated pictures out."""
+"""``dockpose export``: a picture or a session in; tables, plots, reports and annotated pictures out."""
 
 import argparse
 from collections.abc import Callable, Collection
@@ -20,7 +20,6 @@ from dockpose.sources.bags.storage import check_regular
 if TYPE_CHECKING:
     from dockpose.app.export.bundle import Files
 
-_LINES_ENDINGS = (".jsonl", ".ndjson", ".json")
 KNOWN = {"layers": {"default": ",".join(DRAWN)}, "words": {"layers": ", ".join(LAYERS)}}
 
 
@@ -73,19 +72,17 @@ def _files(
     rotate_deg: int,
     lack: Callable[[str], None],
 ) -> "Files":
-    from dockpose.app.export.bundle import picture_files, sequence_files, session_files
+    from dockpose.app.export.bundle import picture_files, session_files
     from dockpose.app.processing.analysis import analyse
     from dockpose.app.state.view import open_source
 
-    if rotate_deg and (is_session(source) or source.suffix.lower() in _LINES_ENDINGS):
+    if rotate_deg and is_session(source):
         raise UserError(f"--rotate {rotate_deg} is for a picture; {source} says itself how its pictures lie")
     if is_session(source):
         record = read_session(source)
         for text in lacks(record):
             lack(text)
         return session_files(record)
-    if source.suffix.lower() in _LINES_ENDINGS:
-        return sequence_files(source, lack)
     if source.is_dir():
         raise UserError(f"{source}: is a folder, and no session; give one picture, or what estimate --json wrote")
     check_regular(str(source))

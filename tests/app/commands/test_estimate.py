@@ -155,7 +155,7 @@ def test_bad_arguments_end_with_2_and_one_sentence(tank, refusal, arguments, mes
         (["s1.png", "--fast"], "there is no option --fast"),
         (["s1.png", "--jsn=-"], "there is no option --jsn=-; did you mean --json?"),
         (["s1.png", "--rate", "often"], "argument --rate: invalid float value: 'often'"),
-        ([], "give a SOURCE, or --session FOLDER"),
+        ([], "the following arguments are required: SOURCE"),
     ],
 )
 def test_an_unknown_method_or_option_ends_with_2_and_one_line(tank, capsys, arguments, told):
@@ -304,4 +304,4 @@ def test_results_and_other_files_in_place_of_a_source_or_dock_are_named(tank, ca
     for name, words in names.items():
         assert f"{name}: is {words}" in refusal("estimate", name, *KNOWN, status=1)
     assert "s1.png: is a picture" in refusal("estimate", "s1.png", "--camera", "camera.yaml", "--dock", "s1.png")
-    assert "estimate --session . does its frames again" in refusal("estimate", ".", *KNOWN)
+    assert ".: is a session; its pictures are in frames" in refusal("estimate", ".", *KNOWN)

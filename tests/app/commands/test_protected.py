@@ -36,7 +36,6 @@ REFUSED = [
     ("estimate bag --out bag/0.mcap", "--out bag/0.mcap", "input bag/0.mcap"),
     ("estimate tilted.png --camera cam.yaml --csv cam.yaml", "--csv cam.yaml", "input cam.yaml"),
     ("estimate tilted.png --dock dock.yaml --json dock.yaml", "--json dock.yaml", "input dock.yaml"),
-    ("estimate --session session --log-file session/results.csv", "--log-file session/results.csv", "results.csv"),
     ("estimate tilted.png --json a --csv here/a", "--csv here/a", "what --json writes"),
     ("estimate tilted.png --json dangling --csv a", "--csv a", "what --json writes"),
     ("estimate tilted.png --json - --csv /dev/stdout", "--csv /dev/stdout", "what --json writes"),
@@ -59,7 +58,6 @@ REFUSED = [
     ("check session --out-camera cam.yaml", "--out-camera cam.yaml", "is there already and is not overwritten"),
     ("check session --out-camera session/results.csv", "--out-camera session/results.csv", "input session/results.csv"),
     ("check session --out new --out-camera new", "--out-camera new", "is what --out writes too"),
-    (f"budget {_KNOWN} --csv cam.yaml", "--csv cam.yaml", "input cam.yaml"),
     ("study --scenes 1 --seed 1 --out new --log-file new", "--log-file new", "what --out writes"),
     ("reproduce --out new --log-file new", "--log-file new", "what --out writes"),
     ("serve tilted.png --log-file tilted.png", "--log-file tilted.png", "input tilted.png"),
@@ -179,7 +177,6 @@ READ_ONLY = [
     f"export {PLAIN} --out ro/a.zip",
     "calibrate boards --board 10x7 --square 0.024 --out ro/c.yaml",
     f"learn-dock boards {_KNOWN} --out ro/d.yaml",
-    f"budget {_KNOWN} --csv ro/a.csv",
     "study --scenes 2 --seed 1 --jobs 1 --out ro/s",
     "reproduce --only table_3 --jobs 1 --out ro/r",
 ]
@@ -229,7 +226,7 @@ def read_only(monkeypatch):
 WORK = (
     *("inputs.pictures.estimate", "processing.following.Following.see", "commands.compare.compare"),
     *("commands.simulate.film", "commands.export._files", "commands.calibration.gathered"),
-    *("commands.calibration.dock_views", "commands.paper.budget"),
+    "commands.calibration.dock_views",
     *("export.study.report.workers", "export.parts.workers"),
 )
 

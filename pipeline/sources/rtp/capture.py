@@ -96,9 +96,7 @@ class RtpCapture(Capture):
         if not self._is_there:
             port = f"UDP port {self._port}"
             if now_s - self._receiver.heard_s < _SILENT_S:
-                sentence = (
-                    f"packets come to {port}, but no picture of H.264 or H.265 that begins by itself"
-                )
+                sentence = f"packets come to {port}, but no picture of H.264 or H.265 that begins by itself"
             elif now_s - self._receiver.other_s < _SILENT_S:
                 sentence = f"{self._receiver.other} comes to {port}; H.264 and H.265 over RTP are read"
             else:

@@ -66,7 +66,6 @@ REFUSED = [
     ("serve --sessions . --log-file session/session.yaml", "--log-file session/session.yaml", "input session/session"),
     ("ros --camera cam.yaml --dock-diameter 0.3 --log-file cam.yaml", "--log-file cam.yaml", "input cam.yaml"),
     ("estimate tilted.png --lights-at lights.csv --csv lights.csv", "--csv lights.csv", "input lights.csv"),
-    ("compare tilted.png --lights-at lights.csv --out lights.csv", "--out lights.csv", "input lights.csv"),
     ("compare tilted --json new --log-file new", "--log-file new", "what --json writes"),
 ]
 

@@ -157,18 +157,6 @@ def test_a_dock_is_square_on_where_its_twin_twice_as_far_off_is_within_its_error
     assert is_square_on(CirclePose.at(place_m, normal, CAMERA, sigma_theta_rad=sigma)) == is_on
 
 
-def test_uneven_lights_leave_it_open():
-    dock = Dock(0.30, 8)
-    angles = np.array([0.0, 0.3, 0.9, 2.0, 2.1, 3.9, 4.4, 5.6])
-    ring = 0.15 * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
-    points = CAMERA.project(np.array([0.1, 0, 1.0]) + ring @ rotation_from_angles(0.3, 0.4).T)
-    assert choose_or_not(points, dock) is None
-    _, choice = find_poses(points, CAMERA, dock)
-    assert choice.selected_by == "none"
-    assert [pose.probability for pose in choice.candidates] == [0.5, 0.5]
-    assert choice.lights is None
-
-
 def test_the_truth_may_be_nearer_to_the_other_pose_where_their_errors_overlap():
     points, _ = seen((0.0, 0.0, 4.0), 0.03, 0.0, noise_px=0.1, seed=1)
     choice = choose(points)

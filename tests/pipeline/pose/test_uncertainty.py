@@ -11,7 +11,6 @@ from dockpose.camera.port import FlatPort
 from dockpose.camera.sigma import errors_of, moved
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, angles_of, rotation_from_angles
-from dockpose.pose.refine import light_rays
 from dockpose.pose.shared import SharedErrors
 from dockpose.pose.solve import find_poses
 from dockpose.pose.uncertainty import (
@@ -166,14 +165,6 @@ def test_a_pose_says_what_comes_from_what():
     assert np.sqrt(np.diag(pose.covariance_total)[:3]) == pytest.approx(pose.sigma_total_position_m)
 
 
-def test_where_all_is_exact_the_total_is_the_pictures():
-    exact = Camera(700, 700, 319.5, 239.5, 640, 480, sigma=EXACT)
-    dock = Dock(0.30, 10, diameter_sigma_m=0.0)
-    pose = pose_by(exact, dock, seen(exact, dock, (0.1, 0, 2.0), (10, 10), 0.2))
-    assert pose.sigma_total_position_m == pytest.approx(pose.sigma_position_m)
-    assert pose.covariance_total == pytest.approx(pose.covariance)
-
-
 @pytest.mark.parametrize("lights", [4, 10, None])
 @pytest.mark.parametrize("normal", [(0, 0), (20, -30)])
 def test_lamps_behind_the_rim_put_the_dock_before_them(lights, normal):
@@ -183,13 +174,6 @@ def test_lamps_behind_the_rim_put_the_dock_before_them(lights, normal):
     poses = find_poses(points, PINHOLE, told)[1].candidates
     nearest_m = min(np.linalg.norm(pose.position_m - [0.1, -0.05, 1.2]) for pose in poses)
     assert nearest_m < 1e-6
-
-
-def test_where_lights_are_on_a_dock_whose_number_is_not_known_follows_from_their_images():
-    deep, R, place_m = Dock(0.30, 7, lamp_depth_m=0.03), rotation_from_angles(0.4, -0.5), np.array([0.1, -0.05, 1.2])
-    rays = light_rays(seen(PINHOLE, deep, place_m, np.degrees([0.4, -0.5])), PINHOLE)
-    shared = SharedErrors(PINHOLE, msgspec.structs.replace(deep, lights=None), place_m, rays)
-    np.testing.assert_allclose(shared._lights_m(R), deep.light_points(), atol=1e-9)  # pyright: ignore[reportPrivateUsage]
 
 
 @pytest.mark.parametrize("freedom", [1, 2, 3, 4, 5, 10, 15, 122, 123, 1000])

@@ -29,17 +29,18 @@ def ramp(number: int, levels: int) -> np.ndarray:
     return ((np.arange(count) * levels // count + 37 * number) % levels).reshape(HEIGHT, WIDTH)
 
 
-def write(path, codec, pixels, frames, times=None, options=None, container_options=None, tick=MICROSECONDS, date=None):
-    """Encode frames at times in ticks, or else 25 a second."""
-    with av.open(str(path), "w", container_options=container_options or {}) as container:
+def write(path, codec, pixels, frames, times=None, options=None, rate_hz=25, tick=MICROSECONDS, date=None, flags=""):
+    """Encode frames at times in ticks, or else so many a second."""
+    frames = list(frames)
+    with av.open(str(path), "w", container_options={"movflags": flags} if flags else {}) as container:
         container.metadata.update({} if date is None else {"creation_time": date})
-        stream = container.add_stream(codec, rate=25, options=options or {})
-        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, pixels
+        stream = container.add_stream(codec, rate=rate_hz, options=options or {})
+        stream.width, stream.height, stream.pix_fmt = frames[0].width, frames[0].height, pixels
         if times is not None:
             stream.time_base = stream.codec_context.time_base = tick
         for number, frame in enumerate(frames):
             if times is None:
-                frame.pts, frame.time_base = number, Fraction(1, 25)
+                frame.pts, frame.time_base = number, Fraction(1, rate_hz)
             else:
                 frame.pts, frame.time_base = int(times[number]), tick
             container.mux(stream.encode(frame))
@@ -143,7 +144,7 @@ def mp4(request, tmp_path_factory):
         "yuv420p",
         luma(100, 256, "yuv420p", 16),
         options={"g": "5", "bf": "0"},
-        container_options={"movflags": request.param},
+        flags=request.param,
     )
     with av.open(str(path)) as container:
         packets = [packet for packet in container.demux(video=0) if packet.size]
@@ -401,14 +402,9 @@ def test_a_coding_that_nothing_here_decodes_is_told(tmp_path):
 
 def eight_frames(path, codec, pix_fmt="yuv420p"):
     """A video of eight frames, ten a second, each of its own brightness."""
-    with av.open(str(path), "w") as container:
-        stream = container.add_stream(codec, rate=10)
-        stream.width, stream.height, stream.pix_fmt = 96, 72, pix_fmt
-        for number in range(8):
-            image = np.full((72, 96), 20 * number + 30, np.uint8)
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="gray")))
-        container.mux(stream.encode(None))
-    return bytearray(path.read_bytes())
+    levels = (np.full((72, 96), 20 * number + 30, np.uint8) for number in range(8))
+    frames = (av.VideoFrame.from_ndarray(image, format="gray") for image in levels)
+    return bytearray(write(path, codec, pix_fmt, frames, rate_hz=10).read_bytes())
 
 
 def taken_of(path, data):
@@ -495,13 +491,9 @@ def test_raw_grey_of_16_bits_that_its_container_calls_colours_is_refused(tmp_pat
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
 def test_an_mxf_that_is_cut_short_is_told(tmp_path, share):
-    frames = [np.random.default_rng(number).integers(0, 255, (480, 640)).astype(np.uint8) for number in range(10)]
-    with av.open(str(tmp_path / "whole.mxf"), "w") as out:
-        stream = out.add_stream("mpeg2video", rate=25)
-        stream.width, stream.height, stream.pix_fmt = 640, 480, "yuv420p"
-        for each in frames:
-            out.mux(stream.encode(av.VideoFrame.from_ndarray(each, format="gray").reformat(format="yuv420p")))
-        out.mux(stream.encode(None))
+    noise = (np.random.default_rng(number).integers(0, 255, (480, 640)).astype(np.uint8) for number in range(10))
+    frames = (av.VideoFrame.from_ndarray(each, format="gray") for each in noise)
+    write(tmp_path / "whole.mxf", "mpeg2video", "yuv420p", frames)
     data = (tmp_path / "whole.mxf").read_bytes()
     (tmp_path / "cut.mxf").write_bytes(data[: int(share * len(data))])
     found, told, _ = taken(tmp_path / "whole.mxf")

@@ -2,7 +2,6 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
-from dockpose.camera import FlatPort
 from dockpose.pose.learned.learning import LearningError, learn_dock
 
 from tests.support.docks import CAMERA, dock_views, errors_m, nominal, uneven
@@ -107,13 +106,6 @@ def test_the_focal_length_is_found_with_them():
     assert np.sqrt((errors_m(learned, true)[0] ** 2).mean()) < 0.2e-3
 
 
-def test_behind_a_port_too():
-    camera = Camera(700, 700, 319.5, 239.5, 640, 480, port=FlatPort(0.02, 0.005))
-    true = uneven(2)
-    learned = learn(true, dock_views(true, 2, count=30, camera=camera), camera)
-    assert np.sqrt((errors_m(learned, true)[0] ** 2).mean()) < 0.2e-3
-
-
 def test_lamps_behind_the_circle_are_learnt_where_they_are_and_the_depth_is_kept():
     true = msgspec.structs.replace(uneven(1), lamp_depth_m=0.02)
     learned = learn(true, dock_views(true, 1))
@@ -150,11 +142,6 @@ def test_a_perfect_dock_is_found_to_be_even():
     assert not learned.is_uneven
     assert learned.roll_share < 0.2
     assert np.sqrt((errors_m(learned, true)[0] ** 2).mean()) < 0.1e-3
-
-
-def test_unevenness_tells_the_roll():
-    true = uneven(4)
-    assert learn(true, dock_views(true, 4)).roll_share > 0.95
 
 
 def test_wrong_lights_count_little():

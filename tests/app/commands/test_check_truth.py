@@ -39,19 +39,8 @@ def lab(folder, monkeypatch):
 
 @pytest.fixture(scope="module")
 def found(folder):
-    assert (
-        main(
-            [
-                "check",
-                str(folder / "film.jsonl"),
-                "--truth",
-                str(folder / "truth.txt"),
-                "--json",
-                str(folder / "c.json"),
-            ]
-        )
-        == 0
-    )
+    film, truth, out = (str(folder / name) for name in ("film.jsonl", "truth.txt", "c.json"))
+    assert main(["check", film, "--truth", truth, "--json", out]) == 0
     return json.loads((folder / "c.json").read_text())
 
 

@@ -8,7 +8,6 @@ import pytest
 from dockpose import Settings, estimate
 from dockpose.app.cli import main
 from dockpose.app.processing.comparison import compare, compared
-from dockpose.sidecar import sample_path
 from dockpose.simulate import render
 from dockpose.simulate.files import save_scene
 from dockpose.simulate.parts import Text
@@ -102,14 +101,6 @@ def test_masks_are_left_out_by_both_commands(tank, command, json_lines):
 def test_a_mask_that_is_none_ends_with_2_and_one_sentence(tank, refusal, command, mask):
     sentence = refusal(command, "s1.png", f"--mask={mask}")
     assert sentence.startswith(f"dockpose: --mask {mask} must be left, top, width and height in pixels")
-
-
-def test_the_samples_with_text_and_haze_are_solved_by_hats_alone(capsys):
-    paths = [str(sample_path(name)) for name in ("tilted", "burnt_in_text", "green_haze")]
-    assert main(["compare", *paths]) == 0
-    rows = [row for row in capsys.readouterr().out.splitlines() if row.startswith("  hats ")]
-    assert len(rows) == 3
-    assert all("right: off by" in row for row in rows)
 
 
 def test_pictures_whose_lights_are_known_make_one_table_of_all_methods(tank, capsys, tmp_path):

@@ -47,15 +47,6 @@ def test_every_sample_scene_has_the_truth_among_its_two_candidates(name, json_li
     assert angle_error(best) < 2
 
 
-def test_json_lines_come_in_order_and_alone(tank, capsys):
-    assert main(["estimate", "s2.png", "s1.png", "--json", "-"]) == 0
-    captured = capsys.readouterr()
-    found = lines(captured.out)
-    assert [line["source"] for line in found] == ["s2.png", "s1.png"]
-    assert found[0]["sha256"] == hashlib.sha256((tank / "s2.png").read_bytes()).hexdigest()
-    assert captured.err == ""
-
-
 @pytest.mark.parametrize("command", ["estimate", "compare"])
 def test_a_broken_picture_is_told_and_the_others_are_done(tank, capsys, command):
     assert main([command, "words.png", "s1.png", "gone.png", *KNOWN, "--json", "-"]) == 1
@@ -85,6 +76,8 @@ def test_files_are_written_where_asked(tank, capsys):
     assert main(["estimate", "s1.png", "s2.png", "--json", "o.jsonl", "--quiet"]) == 0
     assert capsys.readouterr().out == ""
     from_json = lines((tank / "o.jsonl").read_text())
+    assert [line["source"] for line in from_json] == ["s1.png", "s2.png"]
+    assert from_json[1]["sha256"] == hashlib.sha256((tank / "s2.png").read_bytes()).hexdigest()
     with open(tank / "o.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["a_z_m"]) for row in rows] == [line["candidates"][0]["position_m"][2] for line in from_json]
@@ -124,7 +117,6 @@ def test_what_is_no_picture_is_named_before_a_camera_is_asked_for(tmp_path, caps
     ("arguments", "message"),
     [
         (["s1.png", "--dock-diameter", "0"], "diameter is 0"),
-        (["s1.png", "--dock-diameter", "nan"], "diameter is nan"),
         (["s1.png", "--dock-diameter", "0.3", "--lights", "2"], "lights is 2"),
         (["s1.png", "--lights", "10"], "--lights 10 needs --dock-diameter"),
         (["s1.png", "--camera", "none.yaml"], "none.yaml: cannot be read"),
@@ -132,7 +124,7 @@ def test_what_is_no_picture_is_named_before_a_camera_is_asked_for(tmp_path, caps
         (["s1.png", "--level", "300"], "level is 300"),
         (["s1.png", "--min-area", "0"], "--min-area is 0"),
         (["s1.png", "--rate", "nan"], "--rate is nan"),
-        (["s1.png", "--rate", "-1"], "--rate is -1"),
+        (["s1.png", "--vehicle", "words.png"], "--vehicle: "),
         (["s1.png", "--level", "30", "--method", "hats"], "does not go with --method hats"),
         (["s1.png", "--method", "fixed"], "needs --level"),
         (["words.png"], "which camera?"),
@@ -217,17 +209,6 @@ def test_rotate_turns_picture_and_camera_and_a_tag_is_named_once(tank, capfd, js
     np.testing.assert_allclose(found["candidates"][found["selected"]]["position_m"], (-y, x, z), atol=1e-5)
 
 
-def test_the_pages_of_a_tiff_are_frames(tank, json_lines):
-    pages = [Image.open(f"s{number}.png") for number in (1, 2)]
-    pages[0].save("stack.tif", save_all=True, append_images=pages[1:])
-    found = json_lines("estimate", "stack.tif", "--rate", "5", *KNOWN)
-    assert [(line["source"], line["frame"], line["time_s"]) for line in found] == [
-        ("stack.tif", 0, 0),
-        ("stack.tif", 1, 0.2),
-    ]
-    assert [line["frame"] for line in json_lines("compare", "stack.tif", *KNOWN)] == [0, 1]
-
-
 def test_a_vehicle_gives_its_own_poses_and_guidance(tmp_path):
     image, truth = render(random_scene(3))
     cv2.imwrite(str(tmp_path / "one.png"), image)
@@ -246,13 +227,6 @@ def test_a_vehicle_gives_its_own_poses_and_guidance(tmp_path):
     assert float(row["guidance_along_m"]) == line["guidance"]["along_m"]
     assert row["guidance_target"] == line["guidance"]["target"]
     assert float(row["guidance_target_z_m"]) == line["guidance"]["target_m"][2]
-
-
-def test_a_wrong_vehicle_file_is_named(tmp_path, capsys):
-    (tmp_path / "v.yaml").write_text("T_body_camera: {pitch: 3}\nframe: frd\n")
-    assert main(["estimate", "plain", "--vehicle", str(tmp_path / "v.yaml")]) == 2
-    assert "--vehicle: " in (told := capsys.readouterr().err)
-    assert "unknown field `pitch`" in told
 
 
 def test_a_picture_without_a_camera_is_named_and_the_others_are_done(tank, capsys):

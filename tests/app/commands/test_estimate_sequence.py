@@ -15,7 +15,6 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
-from dockpose import Camera
 from dockpose.app.cli import main
 from dockpose.app.commands.progress import FrameProgress, rate_text
 from dockpose.camera.files import save_camera
@@ -195,17 +194,6 @@ def test_a_camera_gives_the_size_of_its_file_and_says_what_it_took(here, capsys,
     assert told.err.splitlines()[0] == said
 
 
-def test_a_camera_of_another_shape_than_its_file_is_refused_by_name(here, capsys, monkeypatch):
-    save_camera(Camera(250, 250, 159.5, 99.5, 320, 200), here / "other.yaml")
-    pictures = [np.zeros((240, 320), np.uint8)] * 4
-    assert run_camera(monkeypatch, pictures, "--camera", "other.yaml", "--json", "-") == 1
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert "camera 0: does not give 320 x 200 and goes on with 320 x 240" in told.err
-    assert "320 x 240" in told.err.splitlines()[-1]
-    assert "not the same picture rescaled" in told.err
-
-
 @pytest.mark.parametrize("format", ["MJPG", "YUYV"])
 def test_a_recorded_camera_gives_the_same_results_and_times_again(here, capsys, monkeypatch, tmp_path, format):
     pictures = pictures_in(here)
@@ -224,15 +212,6 @@ def test_a_recorded_camera_gives_the_same_results_and_times_again(here, capsys, 
         # Behind a frame that was dropped, lights are followed from elsewhere than in the recording, which has it.
         off_m = 1e-9 if line["frame"] == number else 1e-4
         assert other["candidates"][0]["position_m"] == pytest.approx(line["candidates"][0]["position_m"], abs=off_m)
-
-
-def test_where_a_recording_cannot_be_the_estimation_goes_on(here, capsys, monkeypatch, tmp_path):
-    pictures = pictures_in(here)
-    words = ["--camera", "camera.yaml", "--json", "-", "--record", str(tmp_path / "no" / "tank.mkv")]
-    assert run_camera(monkeypatch, pictures, *words, lines=3) == 130
-    told = capsys.readouterr()
-    assert len(lines_of(told.out)) > 2
-    assert told.err.count("it is not recorded, and all else goes on") == 1
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 import csv
 import hashlib
 import json
-import os
 
 import cv2
 import numpy as np
@@ -80,14 +79,6 @@ def test_the_truth_is_drawn_where_it_is_asked_for_and_known(tmp_path, capsys):
         export(unknown, tmp_path / "b.png", "--layers", "truth", "--camera", str(camera), "--dock-diameter", "0.3") == 1
     )
     assert f"{unknown}: no truth is known of it" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("name", ["pipe", "zero.png"])
-def test_a_pipe_or_device_is_refused_rather_than_read_without_end(tmp_path, refusal, name):
-    os.mkfifo(tmp_path / "pipe")
-    (tmp_path / "zero.png").symlink_to("/dev/zero")
-    told = refusal("export", str(tmp_path / name), "--out", str(tmp_path / "out.csv"), status=1)
-    assert "is not a regular file, but a pipe or a device" in told
 
 
 def test_what_cannot_be_exported_is_said(tmp_path, folder, refusal):

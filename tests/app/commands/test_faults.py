@@ -100,15 +100,6 @@ def test_a_simulated_video_on_a_full_disk_leaves_all_its_files_or_none(tmp_path)
         assert [path for path in tmp_path.iterdir() if path != scene] == []
 
 
-def test_export_to_a_full_disk_leaves_nothing(tmp_path):
-    done = run_on_full_disk(3000, tmp_path, "export", PLAIN, "--out", "a.png")
-    assert done.returncode == 1
-    assert done.stderr.splitlines()[-1] == (
-        "dockpose: --out a.png: cannot be written (the disk or this account takes no larger file)"
-    )
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.parametrize("name", ["f.png", "f.mp4", "f.mcap", "f.yaml"])
 def test_pipe_in_place_of_a_file_is_refused(tmp_path, name, capsys):
     os.mkfifo(tmp_path / name)

@@ -24,15 +24,12 @@ _KNOWN = "--camera cam.yaml --dock-diameter 0.3 --lights 10"
 REFUSED = [
     ("estimate tilted.png --json tilted.png", "--json tilted.png", "input tilted.png"),
     ("estimate tilted.png --json link.png", "--json link.png", "input tilted.png"),
-    ("estimate link.png --json tilted.png", "--json tilted.png", "input link.png"),
     ("estimate tilted.png --csv hard.png", "--csv hard.png", "input tilted.png"),
     ("estimate tilted.png --json tilted.yaml", "--json tilted.yaml", "input tilted.yaml"),
     ("estimate [t]ilted.png --csv tilted.png", "--csv tilted.png", "input tilted.png"),
     ("estimate boards --csv boards/a.png", "--csv boards/a.png", "input boards/a.png"),
     ("estimate tilted.png --log-file tilted.png", "--log-file tilted.png", "input tilted.png"),
     ("estimate film.mkv --annotate here/film.mkv", "--annotate here/film.mkv", "input film.mkv"),
-    ("estimate film.mkv --json film.yaml", "--json film.yaml", "input film.yaml"),
-    ("estimate bag.mcap --out bag.mcap", "--out bag.mcap", "input bag.mcap"),
     ("estimate bag --out bag/0.mcap", "--out bag/0.mcap", "input bag/0.mcap"),
     ("estimate tilted.png --camera cam.yaml --csv cam.yaml", "--csv cam.yaml", "input cam.yaml"),
     ("estimate tilted.png --dock dock.yaml --json dock.yaml", "--json dock.yaml", "input dock.yaml"),
@@ -55,18 +52,15 @@ REFUSED = [
     ("learn-dock film.mkv", "--out dock.yaml", "is there already and is not overwritten"),
     ("check session --out session/results.csv", "--out session/results.csv", "input session/results.csv"),
     ("check session --out dock.yaml", "--out dock.yaml", "is there already and is not overwritten"),
-    ("check session --out-camera cam.yaml", "--out-camera cam.yaml", "is there already and is not overwritten"),
     ("check session --out-camera session/results.csv", "--out-camera session/results.csv", "input session/results.csv"),
     ("check session --out new --out-camera new", "--out-camera new", "is what --out writes too"),
     ("study --scenes 1 --seed 1 --out new --log-file new", "--log-file new", "what --out writes"),
     ("reproduce --out new --log-file new", "--log-file new", "what --out writes"),
     ("serve tilted.png --log-file tilted.png", "--log-file tilted.png", "input tilted.png"),
-    ("estimate tilted.png --tum tilted.yaml", "--tum tilted.yaml", "input tilted.yaml"),
     ("estimate tilted.png --tum a --csv here/a", "--tum a", "what --csv writes"),
     ("serve --sessions . --log-file session/session.yaml", "--log-file session/session.yaml", "input session/session"),
     ("ros --camera cam.yaml --dock-diameter 0.3 --log-file cam.yaml", "--log-file cam.yaml", "input cam.yaml"),
     ("estimate tilted.png --lights-at lights.csv --csv lights.csv", "--csv lights.csv", "input lights.csv"),
-    ("compare tilted --json new --log-file new", "--log-file new", "what --json writes"),
 ]
 
 
@@ -85,16 +79,8 @@ def made(tmp_path_factory):
     for name in ("s.yaml", "sim/scene.yaml", "sim/frame_0001.yaml"):
         save_sequence(FilmPlan(scene=scene), folder / name)
     (folder / "sim/truth.csv").write_bytes(",".join(TRUTH_COLUMNS).encode() + b"\r\n")
-    fakes = (
-        "film.mkv",
-        "film.yaml",
-        "lights.csv",
-        "bag.mcap",
-        "bag/0.mcap",
-        "boards/a.png",
-        "taken/frame_0001.png",
-    )
-    for name in (*fakes, "lights.csv", "session/session.yaml", "session/results.csv", "session/frames/0001.png"):
+    fakes = ["film.mkv", "lights.csv", "bag/0.mcap", "boards/a.png", "taken/frame_0001.png"]
+    for name in (*fakes, "session/session.yaml", "session/results.csv", "session/frames/0001.png"):
         (folder / name).write_bytes(b"of the tank")
     (folder / "link.png").symlink_to("tilted.png")
     (folder / "hard.png").hardlink_to(folder / "tilted.png")
@@ -165,7 +151,6 @@ READ_ONLY = [
     f"estimate {PLAIN} --csv ro/a.csv",
     f"estimate {PLAIN} --annotate ro/out",
     f"estimate {PLAIN} --rate 5 --annotate ro/a.mkv",
-    f"estimate {PLAIN} --rate 5 --annotate ro/a.mp4",
     f"estimate {PLAIN} --out ro/a.mcap",
     f"estimate {PLAIN} --log-file ro/a.log",
     f"compare {PLAIN} --json ro/a.jsonl",

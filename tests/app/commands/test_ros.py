@@ -143,6 +143,13 @@ def show(node):
     node.subscriptions_["/camera/image_raw"].take(bags.image(PICTURE, "mono8"))
 
 
+def run(node):
+    """Bring a node to life and show it a picture."""
+    node.trigger_configure()
+    node.trigger_activate()
+    show(node)
+
+
 def test_its_life(node):
     assert node.trigger_configure() is Return.SUCCESS
     assert set(node.publishers_) == set(TOPICS)
@@ -199,25 +206,12 @@ def test_switched_off_it_listens_to_nothing_and_on_demand_it_begins_so(monkeypat
     assert len(node.subscriptions_) == 2
 
 
-def test_without_the_package_of_services_it_says_so_and_runs(monkeypatch):
-    fake_rclpy.install(monkeypatch)
-    monkeypatch.setitem(sys.modules, "std_srvs.srv", None)
-    node = make_node(DEFAULTS)
-    assert "for lack of the package std_srvs" in node.said[0]
-    node.trigger_configure()
-    node.trigger_activate()
-    show(node)
-    assert {topic for topic, _ in node.published} == PLAIN
-
-
 def values_of(message):
     return {each.key: each.value for each in message.status[0].values}
 
 
 def test_messages_are_filled_in_as_rclpy_takes_them(node):
-    node.trigger_configure()
-    node.trigger_activate()
-    show(node)
+    run(node)
     found = dict(node.published)
     assert found["/diagnostics"].status[0].level in (b"\x00", b"\x01")
     assert len(found["/dock/pose"].pose.covariance) == 36
@@ -225,13 +219,25 @@ def test_messages_are_filled_in_as_rclpy_takes_them(node):
     assert {"A", "B", "1", "10"} < {one.text for one in found["/dock/annotations"].texts}
 
 
-def test_without_foxglove_s_messages_it_publishes_all_else_and_says_so(node, monkeypatch):
-    monkeypatch.setitem(sys.modules, "foxglove_msgs.msg", None)
-    node.trigger_configure()
-    node.trigger_activate()
-    show(node)
-    assert {topic for topic, _ in node.published} == PLAIN - {"/dock/annotations"}
-    assert node.said == ["/dock/annotations is not published, for lack of the package foxglove_msgs"]
+@pytest.mark.parametrize(
+    ("module", "lost", "told"),
+    [
+        (
+            "foxglove_msgs.msg",
+            {"/dock/annotations"},
+            "/dock/annotations is not published, for lack of the package",
+        ),
+        ("std_srvs.srv", set(), "for lack of the package std_srvs"),
+    ],
+)
+def test_without_a_package_of_messages_it_publishes_all_else_and_says_so(monkeypatch, module, lost, told):
+    fake_rclpy.install(monkeypatch)
+    monkeypatch.setitem(sys.modules, module, None)
+    node = make_node(DEFAULTS)
+    run(node)
+    assert {topic for topic, _ in node.published} == PLAIN - lost
+    (sentence,) = node.said
+    assert told in sentence
 
 
 @pytest.mark.parametrize(

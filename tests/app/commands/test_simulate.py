@@ -11,7 +11,7 @@ from dockpose import Camera
 from dockpose.app.cli import main
 from dockpose.app.commands import simulate as simulate_command
 from dockpose.files import to_yaml
-from dockpose.simulate import ClosedLoop, FilmPlan, Hover, Lights, Pose, Scene, Sensor
+from dockpose.simulate import FilmPlan, Hover, Lights, Pose, Scene, Sensor
 from dockpose.simulate.files import load_sequence, save_sequence
 from dockpose.truth import read_trajectory
 from scipy.spatial.transform import Rotation
@@ -116,16 +116,6 @@ def test_a_coloured_video_keeps_its_colours(desk):
     assert main(["simulate", "--scene", "red.yaml", "--out", "film.mkv"]) == 0
     image = cv2.VideoCapture("film.mkv").read()[1].astype(int)
     assert image[:, :, 2].max() > image[:, :, 0].max() + 50
-
-
-def test_a_closed_loop_is_steered_by_our_estimates(desk):
-    start = Pose(position_m=(0.2, 0.0, 1.6), theta_y_deg=25.0)
-    scene = msgspec.structs.replace(SCENE, camera=CAMERA, pose=start, lights=Lights(level=2000.0))
-    save_sequence(FilmPlan(scene=scene, motion=ClosedLoop(rate_hz=2.0, frames=8)), "loop.yaml")
-    assert main(["simulate", "--scene", "loop.yaml", "--out", "o"]) == 0
-    table = rows(desk / "o/truth.csv")
-    assert float(table[-1]["z_m"]) < 1.2
-    assert abs(float(table[-1]["theta_y_deg"])) < 12
 
 
 def test_interrupted_it_leaves_what_was_done(desk, capsys, monkeypatch):

@@ -28,6 +28,7 @@ _CLASSIC: Any = partial(
 _WINDOW = 0.3  # of a square: half the window in which a corner is refined
 _ALTERNATES = 0.6  # correlation with black and white squares, below which corners are no board
 _GOES_ON = 0.5  # contrast, relative to the board's own, of squares beyond its edge
+_BLURRED = 0.3  # width of an edge, relative to the smallest square, above which a picture is blurred
 _STEPS = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 40, 1e-4)
 
 
@@ -95,6 +96,13 @@ class Sighting:
         if self._to_picture is None:
             return np.full((len(points_m), 2), np.inf)
         return cv2.perspectiveTransform(points_m[None].astype(float), self._to_picture)[0]
+
+    @property
+    def is_blurred(self) -> bool:
+        """Whether its edges are wide for its squares."""
+        off = self.picture_px[:, None] - self.picture_px[None]
+        smallest_px = np.sqrt((off**2).sum(axis=2) + 1e18 * np.eye(len(off))).min()
+        return bool(self.edge_px > _BLURRED * smallest_px)
 
 
 def count_squares(greys: Iterable[np.ndarray]) -> tuple[int, int] | None:

@@ -11,20 +11,6 @@ def learn(true, views, camera=CAMERA, **how):
     return learn_dock(views, camera, nominal(true), **how)
 
 
-def off_m(learned, true):
-    """How far (lights, 3) lights are from the true ones, laid over them by a similarity (Umeyama 1991)."""
-    best, wanted = np.full((1, 3), np.inf), true.light_points() - true.light_points().mean(axis=0)
-    for turn in range(true.lights):
-        found = np.roll(learned.dock.light_points(), turn, axis=0)
-        found -= found.mean(axis=0)
-        U, sizes, V = np.linalg.svd(wanted.T @ found)
-        U[:, 2] *= np.linalg.det(U @ V)
-        sizes[2] *= np.linalg.det(U @ V)
-        off = found @ (U @ V).T * sizes.sum() / (found**2).sum() - wanted
-        best = min(best, off, key=np.linalg.norm)
-    return best
-
-
 # Single pictures are numbered alike by what is seen in the ring's plane.
 @pytest.mark.parametrize(
     ("moved_m", "rolls"),
@@ -33,7 +19,7 @@ def off_m(learned, true):
 def test_one_of_five_lights_that_is_off_its_place_is_learned_from_eight_exact_pictures(moved_m, rolls):
     true = Dock(0.30, 5, offsets_m=((0.0, 0.0, 0.0), moved_m, *[(0.0, 0.0, 0.0)] * 3))
     learned = learn(true, dock_views(true, 3, count=8, noise_px=0.0, rolls=rolls))
-    assert np.abs(off_m(learned, true)).max() < 0.05e-3
+    assert np.abs(errors_m(learned, true)[0]).max() < 0.05e-3
     assert learned.views == 8
     assert learned.is_uneven
     assert learned.residual_px < 1e-3 < 0.1 < learned.nominal_px

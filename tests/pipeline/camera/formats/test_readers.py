@@ -238,158 +238,72 @@ GYROFLOW = {
 
 
 OTHER = {"camera_matrix": K.tolist(), **IMAGE}
-FORMS = {
-    "Kalibr": (KALIBR, pinhole(FOUR)),
-    "EuRoC": (EUROC, pinhole(FOUR)),
-    "ORB-SLAM 2": (ORB2, pinhole(FIVE)),
-    "ORB-SLAM 3": (ORB3, fisheye()),
-    "VINS": (
-        {"model_type": "PINHOLE", "projection_parameters": BY_NAME, "distortion_parameters": PINHOLE_TERMS, **IMAGE},
-        pinhole(FOUR),
-    ),
-    "camodocal's fisheye": (BRANDT, fisheye()),
-    "ros2 topic echo": (ECHO, pinhole(EIGHT)),
-    "rostopic echo": (2 * ECHO.replace("\nd:", "\nD:").replace("\nk:", "\nK:"), pinhole(EIGHT)),
-    "ost.txt": (OST, pinhole(FIVE)),
-    "OpenCV's XML": (opencv_file(".xml"), pinhole(FIVE)),
-    "OpenCV's JSON": (opencv_file(".json"), pinhole(FIVE)),
-    "OpenCV's sample, fisheye": (
-        {"camera_matrix": K.tolist(), "distortion_coefficients": BENT, "fisheye_model": 1, **SIZE},
-        fisheye(),
-    ),
-    "a script's JSON": (
-        json.dumps({"camera_matrix": K.tolist(), "dist_coeff": [FIVE], "image_size": [640, 480]}, indent="\t"),
-        pinhole(FIVE),
-    ),
-    "Open3D": ({"intrinsic_matrix": K.T.ravel().tolist(), **SIZE}, pinhole()),
-    "RealSense": (
-        {"fx": FX, "fy": FY, "ppx": CX, "ppy": CY, "coeffs": FIVE, "model": "Brown Conrady", **SIZE},
-        pinhole(FIVE),
-    ),
-    "calib.io": (CALIBIO, pinhole(TILTED)),
-    "COLMAP OPENCV": (colmap("OPENCV", FX, FY, *HALF, *FOUR), pinhole(FOUR)),
-    "COLMAP FULL_OPENCV": (colmap("FULL_OPENCV", FX, FY, *HALF, *EIGHT), pinhole(EIGHT)),
-    "COLMAP PINHOLE": (colmap("PINHOLE", FX, FY, *HALF), pinhole()),
-    "COLMAP OPENCV_FISHEYE": (colmap("OPENCV_FISHEYE", FX, FY, *HALF, *BENT), fisheye()),
-    "Metashape": (AGISOFT, pinhole(FIVE)),
-    "Metashape's cameras, fisheye": (DOCUMENT, fisheye()),
-    "Agisoft Lens": (LENS, pinhole(FIVE)),
-    "MATLAB's JSON": (MATLAB | {"K": TURNED.tolist()}, pinhole(FIVE)),
-    "MATLAB's JSON before 2022": (MATLAB | {"IntrinsicMatrix": TURNED.T.tolist()}, pinhole(FIVE)),
-    "MATLAB's MAT": (mat(params=MATLAB | {"IntrinsicMatrix": TURNED.T}), pinhole(FIVE)),
-    "MATLAB's intrinsics": (
-        mat(s=MATLAB | {"FocalLength": [FX, FY], "PrincipalPoint": [CX + 1, CY + 1], "Skew": 0.0}),
-        pinhole(FIVE),
-    ),
-    "NumPy": (npz(mtx=K, dist=np.array([FIVE]), rvecs=np.zeros((3, 3, 1))), pinhole(FIVE)),
-    "MC-Calib": (
-        {"camera_0": {"camera_matrix": K.tolist(), "distortion_vector": FIVE, "distortion_type": 0} | IMAGE},
-        pinhole(FIVE),
-    ),
-    "MC-Calib's fisheye, XML": (
-        '<?xml version="1.0"?><opencv_storage><camera_0><camera_matrix type_id="opencv-matrix"><rows>3</rows>'
-        f"<cols>3</cols><dt>d</dt><data>{' '.join(map(str, K.ravel()))}</data></camera_matrix><distortion_vector>"
-        f"<rows>1</rows><cols>4</cols><dt>d</dt><data>{' '.join(map(str, BENT))}</data></distortion_vector>"
-        f"<distortion_type>1</distortion_type><img_width>{WIDTH}</img_width><img_height>{HEIGHT}</img_height>"
-        "</camera_0></opencv_storage>",
-        fisheye(),
-    ),
-    "Gyroflow": (GYROFLOW, fisheye()),
-    "Gyroflow, without a lens": (
-        GYROFLOW | {"fisheye_params": {"camera_matrix": K.tolist(), "distortion_coeffs": [0] * 4}},
-        pinhole(),
-    ),
-    "Gyroflow, old": (
-        GYROFLOW | {"use_opencv_fisheye": True, "use_opencv_standard": False, "calib_params": {}},
-        fisheye(),
-    ),
-    "KITTI": (
-        f"corner_dist: 9.95e-02\nS_00: 6.4e+02 4.8e+02\nK_00: {' '.join(map(str, K.ravel()))}\n"
-        f"D_00: {' '.join(map(str, FIVE))}\nS_rect_00: 6.2e+02 3.7e+02\n",
-        pinhole(FIVE),
-    ),
-    "EasyMocap": ({"K_01": K.tolist(), "D_01": FIVE, "W_01": WIDTH, "H_01": HEIGHT}, pinhole(FIVE)),
-    "PhotonVision": (
-        {"cameraIntrinsics": {"rows": 3, "cols": 3, "data": K.ravel().tolist()}, "resolution": SIZE}
-        | {"distCoeffs": {"rows": 1, "cols": 5, "data": FIVE}, "calobjectSize": {"width": 7.0, "height": 7.0}},
-        pinhole(FIVE),
-    ),
-    "WPILib": (OTHER | {"distortion_coefficients": EIGHT, "distortion_coefficients_rows": 8}, pinhole(EIGHT)),
-    "RealSense, numbered": (
-        SIZE | {"fx": FX, "fy": FY, "ppx": CX, "ppy": CY, "model": 5, "coeffs": [*BENT, 0]},
-        fisheye(),
-    ),
-    "Theia": (BY_NAME | SIZE | {"radial_distortion_coeffs": BENT, "camera_intrinsics_type": "FISHEYE"}, fisheye()),
-    "lengths beside the lens": (
-        OTHER | {"dist": FIVE, "min_dist": 30.5, "mapping": {"baseline_dist_thr_ratio": 0.02}},
-        pinhole(FIVE),
-    ),
-    "a node's parameters": (
-        IMAGE | {"camera_matrix": {"data": K.ravel().tolist()}, "distortion_coefficients": {"data": FIVE}},
-        pinhole(FIVE),
-    ),
-    "of PowerShell": (ECHO.encode("utf-16"), pinhole(EIGHT)),
-    "mrcal": (
-        f"{{\n  'lensmodel': 'LENSMODEL_OPENCV8',\n\n  # a comment\n  'intrinsics': {[FX, FY, CX, CY, *EIGHT]},\n"
-        f"  'extrinsics': [0, 0, 0, 1.5, 0, 0],\n  'imagersize': [{WIDTH}, {HEIGHT}],\n}}\n",
-        pinhole(EIGHT),
-    ),
-    "OpenICC": (IMAGE | {"intrinsic_type": "FISHEYE", "fps": 30, "intrinsics": OPENICC}, fisheye()),
-    "Basalt": ({"value0": BASALT}, fisheye()),
-    "DepthAI": ({"boardName": "A", "cameraData": [[0, DEPTHAI]]}, fisheye()),
-    "Nerfstudio": (
-        NERF | {"camera_model": "OPENCV_FISHEYE", "frames": [{"transform_matrix": [[5.5] * 4] * 4}]},
-        fisheye(),
-    ),
-    "OpenVSLAM": (
-        "Camera:\n  model: fisheye\n"
-        + "".join(f"  {key}: {value}\n" for key, value in (BY_NAME | KS).items())
-        + f"  cols: {WIDTH}\n  rows: {HEIGHT}\n",
-        fisheye(),
-    ),
+# What is in a file, by whose it is; and of each the lens that was meant.
+OF_FOUR = {
+    "Kalibr": KALIBR,
+    "EuRoC": EUROC,
+    "VINS": IMAGE | {"model_type": "PINHOLE", "projection_parameters": BY_NAME, "distortion_parameters": PINHOLE_TERMS},
+    "COLMAP OPENCV": colmap("OPENCV", FX, FY, *HALF, *FOUR),
     "ZED": (
         "[LEFT_CAM_VGA]\n" + "".join(f"{key}={value}\n" for key, value in BY_NAME.items()) + f"width={WIDTH}\n"
-        f"height={HEIGHT}\n[LEFT_DISTO]\nk1={FOUR[0]}\nk2={FOUR[1]}\np1={FOUR[2]}\np2={FOUR[3]}\n[STEREO]\nBaseline=120\n",
-        pinhole(FOUR),
+        f"height={HEIGHT}\n[LEFT_DISTO]\nk1={FOUR[0]}\nk2={FOUR[1]}\np1={FOUR[2]}\np2={FOUR[3]}\n[STEREO]\nBaseline=120\n"
     ),
+    "numbers in blocks": {"intrinsics": BY_NAME, "distortion": PINHOLE_TERMS, **IMAGE},
+    "the older SVO": (
+        f"cam_model: Pinhole\ncam_width: {WIDTH}\ncam_height: {HEIGHT}\ncam_fx: {FX}\ncam_fy: {FY}\ncam_cx: {CX}\n"
+        f"cam_cy: {CY}\n" + "".join(f"cam_d{number}: {each}\n" for number, each in enumerate(FOUR))
+    ),
+}
+OF_FIVE = {
+    "ORB-SLAM 2": ORB2,
+    "ost.txt": OST,
+    "OpenCV's XML": opencv_file(".xml"),
+    "OpenCV's JSON": opencv_file(".json"),
+    "a script's JSON": json.dumps(
+        {"camera_matrix": K.tolist(), "dist_coeff": [FIVE], "image_size": [640, 480]}, indent="\t"
+    ),
+    "RealSense": {"fx": FX, "fy": FY, "ppx": CX, "ppy": CY, "coeffs": FIVE, "model": "Brown Conrady", **SIZE},
+    "Metashape": AGISOFT,
+    "Agisoft Lens": LENS,
+    "MATLAB's JSON": MATLAB | {"K": TURNED.tolist()},
+    "MATLAB's JSON before 2022": MATLAB | {"IntrinsicMatrix": TURNED.T.tolist()},
+    "MATLAB's MAT": mat(params=MATLAB | {"IntrinsicMatrix": TURNED.T}),
+    "MATLAB's intrinsics": mat(s=MATLAB | {"FocalLength": [FX, FY], "PrincipalPoint": [CX + 1, CY + 1], "Skew": 0.0}),
+    "NumPy": npz(mtx=K, dist=np.array([FIVE]), rvecs=np.zeros((3, 3, 1))),
+    "MC-Calib": {"camera_0": {"camera_matrix": K.tolist(), "distortion_vector": FIVE, "distortion_type": 0} | IMAGE},
+    "KITTI": (
+        f"corner_dist: 9.95e-02\nS_00: 6.4e+02 4.8e+02\nK_00: {' '.join(map(str, K.ravel()))}\n"
+        f"D_00: {' '.join(map(str, FIVE))}\nS_rect_00: 6.2e+02 3.7e+02\n"
+    ),
+    "EasyMocap": {"K_01": K.tolist(), "D_01": FIVE, "W_01": WIDTH, "H_01": HEIGHT},
+    "PhotonVision": (
+        {"cameraIntrinsics": {"rows": 3, "cols": 3, "data": K.ravel().tolist()}, "resolution": SIZE}
+        | {"distCoeffs": {"rows": 1, "cols": 5, "data": FIVE}, "calobjectSize": {"width": 7.0, "height": 7.0}}
+    ),
+    "lengths beside the lens": OTHER | {"dist": FIVE, "min_dist": 30.5, "mapping": {"baseline_dist_thr_ratio": 0.02}},
+    "a node's parameters": IMAGE
+    | {"camera_matrix": {"data": K.ravel().tolist()}, "distortion_coefficients": {"data": FIVE}},
     "Anipose's TOML": (
         f"[cam_0]\nname = 'A'\nsize = [{WIDTH}, {HEIGHT}]\nmatrix = {rows(K)}\ndistortions = {FIVE}\n"
-        "rotation = [0.1, 0.2, 0.3]\n[metadata]\nerror = 0.3\n",
-        pinhole(FIVE),
+        "rotation = [0.1, 0.2, 0.3]\n[metadata]\nerror = 0.3\n"
     ),
     "Calib_Results.m": (
         f"%-- Focal length:\nfc = [ {FX} ; {FY} ];\ncc = [ {CX} ; {CY} ];\nalpha_c = 0.0;\n"
-        f"kc = [ {' ; '.join(map(str, FIVE))} ];\nfc_error = [ 1.1 ; 1.2 ];\nnx = {WIDTH};\nny = {HEIGHT};\n",
-        pinhole(FIVE),
+        f"kc = [ {' ; '.join(map(str, FIVE))} ];\nfc_error = [ 1.1 ; 1.2 ];\nnx = {WIDTH};\nny = {HEIGHT};\n"
     ),
-    "Calib_Results.mat": (mat(KK=K, kc=FIVE, nx=WIDTH, ny=HEIGHT, kc_error=[0.1] * 5, Tc_1=[90.0] * 3), pinhole(FIVE)),
-    "OpenCV's base64": (opencv_file("c.yml", flags=cv2.FileStorage_BASE64), pinhole(FIVE)),
+    "Calib_Results.mat": mat(KK=K, kc=FIVE, nx=WIDTH, ny=HEIGHT, kc_error=[0.1] * 5, Tc_1=[90.0] * 3),
+    "OpenCV's base64": opencv_file("c.yml", flags=cv2.FileStorage_BASE64),
     "the first of a stereo ost.txt": (
         OST.replace("[narrow_stereo]", "[narrow_stereo/left]")
         + "\n"
-        + OST.replace("[narrow_stereo]", "[narrow_stereo/right]").replace(str(FX), "650"),
-        pinhole(FIVE),
+        + OST.replace("[narrow_stereo]", "[narrow_stereo/right]").replace(str(FX), "650")
     ),
-    "the shape of an array": ({"mtx": K.tolist(), "dist": FIVE, "img_shape": [HEIGHT, WIDTH]}, pinhole(FIVE)),
-    "a fisheye in a block of its own": (
-        {"image_size": {"height": HEIGHT, "width": WIDTH}, "fisheye": {"K": K.tolist(), "D": BENT}},
-        fisheye(),
-    ),
-    "numbers in blocks": (
-        {"intrinsics": BY_NAME, "distortion": PINHOLE_TERMS, **IMAGE},
-        pinhole(FOUR),
-    ),
+    "the shape of an array": {"mtx": K.tolist(), "dist": FIVE, "img_shape": [HEIGHT, WIDTH]},
     "a file with boards, errors and a new matrix": (
         {"mtx": K.tolist(), "dist": FIVE, "newcameramtx": (K * 1.1).tolist(), "model": "HERO10 Black", **IMAGE}
-        | {"rms": 0.3, "rows": 6, "cols": 9, "board_size": [9, 6], "dist_std": [0.1] * 5, "rvecs": [[0.1, 0.2, 0.3]]},
-        pinhole(FIVE),
+        | {"rms": 0.3, "rows": 6, "cols": 9, "board_size": [9, 6], "dist_std": [0.1] * 5, "rvecs": [[0.1, 0.2, 0.3]]}
     ),
-    "a text about the camera": (
-        {"camera": "front", "camera_matrix": K.tolist(), "dist": FIVE, "img_size": [WIDTH, HEIGHT]},
-        pinhole(FIVE),
-    ),
-    "BOP's scene_camera": ({"0": {"cam_K": K.ravel().tolist(), "depth_scale": 1.0}}, pinhole()),
-    "SVO and maplab": ({"cameras": [{"camera": IMAGE | SVO}]}, fisheye()),
+    "a text about the camera": {"camera": "front", "mtx": K.tolist(), "dist": FIVE, "img_size": [WIDTH, HEIGHT]},
     "two of OpenCV's blocks": (
         "%YAML:1.0\n"
         + "".join(
@@ -397,22 +311,75 @@ FORMS = {
             f"{side}.D: !!opencv-matrix {{rows: 1, cols: 5, dt: d, data: {FIVE}}}\n"
             f"{side}.K: !!opencv-matrix {{rows: 3, cols: 3, dt: d, data: {matrix.ravel().tolist()}}}\n"
             for side, matrix in (("LEFT", K), ("RIGHT", K + 1))
-        ),
-        pinhole(FIVE),
+        )
     ),
-    "the older SVO": (
-        f"cam_model: Pinhole\ncam_width: {WIDTH}\ncam_height: {HEIGHT}\ncam_fx: {FX}\ncam_fy: {FY}\ncam_cx: {CX}\n"
-        f"cam_cy: {CY}\n" + "".join(f"cam_d{number}: {each}\n" for number, each in enumerate(FOUR)),
-        pinhole(FOUR),
+}
+OF_FISHEYE = {
+    "ORB-SLAM 3": ORB3,
+    "camodocal's fisheye": BRANDT,
+    "OpenCV's sample, fisheye": SIZE
+    | {"camera_matrix": K.tolist(), "distortion_coefficients": BENT, "fisheye_model": 1},
+    "COLMAP OPENCV_FISHEYE": colmap("OPENCV_FISHEYE", FX, FY, *HALF, *BENT),
+    "Metashape's cameras, fisheye": DOCUMENT,
+    "MC-Calib's fisheye, XML": (
+        '<?xml version="1.0"?><opencv_storage><camera_0><camera_matrix type_id="opencv-matrix"><rows>3</rows>'
+        f"<cols>3</cols><dt>d</dt><data>{' '.join(map(str, K.ravel()))}</data></camera_matrix><distortion_vector>"
+        f"<rows>1</rows><cols>4</cols><dt>d</dt><data>{' '.join(map(str, BENT))}</data></distortion_vector>"
+        f"<distortion_type>1</distortion_type><img_width>{WIDTH}</img_width><img_height>{HEIGHT}</img_height>"
+        "</camera_0></opencv_storage>"
     ),
+    "Gyroflow": GYROFLOW,
+    "Gyroflow, old": GYROFLOW | {"use_opencv_fisheye": True, "use_opencv_standard": False, "calib_params": {}},
+    "RealSense, numbered": SIZE | {"fx": FX, "fy": FY, "ppx": CX, "ppy": CY, "model": 5, "coeffs": [*BENT, 0]},
+    "Theia": BY_NAME | SIZE | {"radial_distortion_coeffs": BENT, "camera_intrinsics_type": "FISHEYE"},
+    "OpenICC": IMAGE | {"intrinsic_type": "FISHEYE", "fps": 30, "intrinsics": OPENICC},
+    "Basalt": {"value0": BASALT},
+    "DepthAI": {"boardName": "A", "cameraData": [[0, DEPTHAI]]},
+    "Nerfstudio": NERF | {"camera_model": "OPENCV_FISHEYE", "frames": [{"transform_matrix": [[5.5] * 4] * 4}]},
+    "OpenVSLAM": (
+        "Camera:\n  model: fisheye\n"
+        + "".join(f"  {key}: {value}\n" for key, value in (BY_NAME | KS).items())
+        + f"  cols: {WIDTH}\n  rows: {HEIGHT}\n"
+    ),
+    "a fisheye in a block of its own": {"image_size": SIZE, "fisheye": {"K": K.tolist(), "D": BENT}},
+    "SVO and maplab": {"cameras": [{"camera": IMAGE | SVO}]},
+}
+OF_EIGHT = {
+    "ros2 topic echo": ECHO,
+    "rostopic echo": 2 * ECHO.replace("\nd:", "\nD:").replace("\nk:", "\nK:"),
+    "COLMAP FULL_OPENCV": colmap("FULL_OPENCV", FX, FY, *HALF, *EIGHT),
+    "WPILib": OTHER | {"distortion_coefficients": EIGHT, "distortion_coefficients_rows": 8},
+    "of PowerShell": ECHO.encode("utf-16"),
+    "mrcal": (
+        f"{{\n  'lensmodel': 'LENSMODEL_OPENCV8',\n\n  # a comment\n  'intrinsics': {[FX, FY, CX, CY, *EIGHT]},\n"
+        f"  'extrinsics': [0, 0, 0, 1.5, 0, 0],\n  'imagersize': [{WIDTH}, {HEIGHT}],\n}}\n"
+    ),
+}
+OF_NONE = {
+    "Open3D": {"intrinsic_matrix": K.T.ravel().tolist(), **SIZE},
+    "COLMAP PINHOLE": colmap("PINHOLE", FX, FY, *HALF),
+    "Gyroflow, without a lens": GYROFLOW
+    | {"fisheye_params": {"camera_matrix": K.tolist(), "distortion_coeffs": [0] * 4}},
+    "BOP's scene_camera": {"0": {"cam_K": K.ravel().tolist(), "depth_scale": 1.0}},
     "Middlebury": (
         f"cam0=[{FX} 0 {CX}; 0 {FY} {CY}; 0 0 1]\ncam1=[1 0 1; 0 1 1; 0 0 1]\ndoffs=131.1\nwidth={WIDTH}\n"
-        f"height={HEIGHT}\nndisp=280\n",
-        pinhole(),
+        f"height={HEIGHT}\nndisp=280\n"
     ),
-    "x and y": ({"focal_length": {"x": FX, "y": FY}, "principal_point": {"x": CX, "y": CY}}, pinhole()),
-    "thin prism": ({"camera_matrix": K.tolist(), "dist": PRISM, **SIZE}, pinhole(PRISM)),
-    "tilted": ({"camera_matrix": K.tolist(), "dist": TILTED, **SIZE}, pinhole(TILTED)),
+    "x and y": {"focal_length": {"x": FX, "y": FY}, "principal_point": {"x": CX, "y": CY}},
+}
+FORMS = {
+    name: (content, meant)
+    for meant, forms in (
+        (pinhole(FOUR), OF_FOUR),
+        (pinhole(FIVE), OF_FIVE),
+        (fisheye(), OF_FISHEYE),
+        (pinhole(EIGHT), OF_EIGHT),
+        (pinhole(), OF_NONE),
+        (pinhole(TILTED), {"calib.io": CALIBIO}),
+        (pinhole(TILTED), {"tilted": {"camera_matrix": K.tolist(), "dist": TILTED, **SIZE}}),
+        (pinhole(PRISM), {"thin prism": {"camera_matrix": K.tolist(), "dist": PRISM, **SIZE}}),
+    )
+    for name, content in forms.items()
 }
 
 

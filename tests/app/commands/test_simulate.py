@@ -68,13 +68,6 @@ def test_the_truth_as_a_trajectory_has_the_camera_in_the_docks_frame(desk):
         assert (turned.inv() * docked).magnitude() == pytest.approx(0, abs=1e-6)
 
 
-def test_a_trajectory_of_no_earlier_run_stays(desk, capsys):
-    (desk / "film.tum").write_text("mine")
-    assert main(["simulate", "--scene", "s.yaml", "--out", "film.mkv", "--truth", "tum"]) == 2
-    assert "film.tum is there already" in capsys.readouterr().err
-    assert (desk / "film.tum").read_text() == "mine"
-
-
 def test_what_it_writes_can_be_estimated_as_it_lies(desk, json_lines):
     save_sequence(FilmPlan(scene=msgspec.structs.replace(SCENE, camera=CAMERA, lights=Lights(level=900.0))), "s.yaml")
     assert main(["simulate", "--scene", "s.yaml", "--out", "o", "--frames", "2"]) == 0

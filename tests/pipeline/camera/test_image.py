@@ -155,13 +155,6 @@ def test_many_single_pixels_are_no_defects():
     assert significant_bits(image) == 16
 
 
-def test_levels_of_16_bit_are_256_equal_bins():
-    levels, step = to_levels(np.array([[0, 255, 256, 65535]], np.uint16))
-    assert levels.tolist() == [[0, 0, 1, 255]]
-    assert step == 256
-    assert to_levels(GRADIENT)[0] is GRADIENT
-
-
 def test_a_picture_that_would_take_too_much_memory_is_refused_before_it_is_decoded():
     data = png_header(7000, 7000, bits=16, colours=6)
     tracemalloc.start()

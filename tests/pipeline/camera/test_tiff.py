@@ -84,30 +84,12 @@ def test_what_is_not_read_is_said_in_a_sentence(data, message):
         decode(data, "dock.tif")
 
 
-def test_floats_from_0_to_1_are_read_and_a_small_version_is_no_page():
-    levels = noise(np.uint16, 6, 8)
-    np.testing.assert_array_equal(decode(tiff(levels / 65535)), levels)
-    file = io.BytesIO()
-    with tifffile.TiffWriter(file) as writer:
-        writer.write(levels, photometric="minisblack", metadata=None)
-        writer.write(levels[::2, ::2], photometric="minisblack", metadata=None, subfiletype=1)
-    np.testing.assert_array_equal(decode(file.getvalue()), levels)
-
-
 def test_a_file_that_claims_too_much_is_refused_before_it_is_decoded():
     data = tiff(noise(np.uint8, 6, 8))
     huge = data.replace(struct.pack("<HHII", 256, 4, 1, 8), struct.pack("<HHII", 256, 4, 1, 2**31))
     assert huge != data
     with pytest.raises(ImageError, match="megapixels"):
         decode(huge, "dock.tif")
-
-
-@pytest.mark.parametrize("kind", [np.uint8, np.uint16])
-def test_what_tifffile_has_no_codec_for_is_decoded_page_by_page(kind, tmp_path):
-    stack = [noise(kind, 60, 80, 3) for _ in range(3)]
-    cv2.imwritemulti(str(tmp_path / "lzw.tif"), stack, [cv2.IMWRITE_TIFF_COMPRESSION, 5])
-    for page, wanted in zip(pages((tmp_path / "lzw.tif").read_bytes()), stack, strict=True):
-        np.testing.assert_array_equal(page.decoded(), wanted)
 
 
 def test_what_unpacks_to_more_than_its_size_is_refused():

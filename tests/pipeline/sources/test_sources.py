@@ -186,12 +186,8 @@ class FakeCapture(Capture):
         self.released = True
 
 
-def test_a_camera_that_goes_away_is_tried_again_with_growing_pauses_and_said_so(monkeypatch):
-    monkeypatch.setattr("dockpose.sources.live.FIRST_PAUSE_S", 0.05)
-    monkeypatch.setattr("dockpose.sources.live.LONGEST_PAUSE_S", 0.2)
-    first, second = FakeCapture([0, 1, None, 2]), FakeCapture([3] * 1000)
-    answers = [first, *[SourceError("camera 0: no camera has that number")] * 2, second]
-    asked_s = []
+def answering(answers, asked_s):
+    """A way to connect that gives one answer after another, and notes when it was asked."""
 
     def connect():
         asked_s.append(time.monotonic())
@@ -200,8 +196,16 @@ def test_a_camera_that_goes_away_is_tried_again_with_growing_pauses_and_said_so(
             raise answer
         return answer
 
-    told = []
-    frames = Live("camera 0", connect, told.append)
+    return connect
+
+
+def test_a_camera_that_goes_away_is_tried_again_with_growing_pauses_and_said_so(monkeypatch):
+    monkeypatch.setattr("dockpose.sources.live.FIRST_PAUSE_S", 0.05)
+    monkeypatch.setattr("dockpose.sources.live.LONGEST_PAUSE_S", 0.2)
+    first, second = FakeCapture([0, 1, None, 2]), FakeCapture([3] * 1000)
+    answers = [first, *[SourceError("camera 0: no camera has that number")] * 2, second]
+    asked_s, told = [], []
+    frames = Live("camera 0", answering(answers, asked_s), told.append)
     with frames:
         for frame in frames:
             if number_of(frame.image) == 3:
@@ -219,22 +223,14 @@ def test_a_camera_that_goes_away_is_tried_again_with_growing_pauses_and_said_so(
 def test_a_source_that_is_not_there_yet_is_waited_for_if_it_may_come_later(monkeypatch):
     monkeypatch.setattr("dockpose.sources.live.FIRST_PAUSE_S", 0.01)
     answers = [*[SourceError("blueos://127.0.0.1: does not answer")] * 3, FakeCapture([7] * 1000)]
-
-    def connect():
-        answer = answers.pop(0)
-        if isinstance(answer, SourceError):
-            raise answer
-        return answer
-
     told = []
-    with Live("blueos://127.0.0.1", connect, told.append, waits=True) as frames:
+    with Live("blueos://127.0.0.1", answering(answers, []), told.append, waits=True) as frames:
         assert "does not answer; it is waited for" in frames.about
         assert number_of(next(iter(frames)).image) == 7
     assert [text.partition(": ")[2][:14] for text in told] == [*["does not answe"] * 3, "is back after "]
     assert answers == []
-    answers = [SourceError("blueos://127.0.0.1: does not answer")]
     with pytest.raises(SourceError, match="does not answer"):
-        Live("blueos://127.0.0.1", connect)
+        Live("blueos://127.0.0.1", answering([SourceError("blueos://127.0.0.1: does not answer")], []))
 
 
 def test_a_source_that_cannot_be_read_any_more_ends_with_a_sentence_rather_than_silence():

@@ -32,6 +32,7 @@ COMMANDS = {
     "calibrate": "calibration:run_calibrate",
     "learn-dock": "calibration:run_learn_dock",
     "check": "check:run",
+    "budget": "paper:run_budget",
     "reproduce": "paper:run_reproduce",
     "study": "paper:run_study",
     "ros": "ros:run",

@@ -124,6 +124,8 @@ document.addEventListener("pointerup", () => {
 document.addEventListener("click", (event) => {
   const board = event.target.closest?.("[data-board]");
   if (board) request({ do: "board", name: board.dataset.board });
+  const truth = event.target.closest?.("[data-truth]");
+  if (truth) request({ do: "truth", what: truth.dataset.truth });
 });
 
 class Jobs extends HTMLElement {

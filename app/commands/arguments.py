@@ -72,6 +72,11 @@ def _read_by(arguments: argparse.Namespace) -> Iterator[Path]:
         yield from files_of_session(session)
 
 
+def is_split(arguments: argparse.Namespace) -> bool:
+    """Whether pictures, or chunks of frames, go to other processes."""
+    return arguments.jobs > 1
+
+
 def check_least(arguments: argparse.Namespace, **least: int) -> None:
     """Raise UserError where a number is below its least."""
     for name, value in least.items():
@@ -131,7 +136,7 @@ def vehicle_of(arguments: argparse.Namespace) -> Vehicle | None:
 
 def dock_of(arguments: argparse.Namespace) -> Dock | None:
     """The dock that was described; None where none was. Raises UserError for an impossible one."""
-    if arguments.dock is not None:
+    if getattr(arguments, "dock", None) is not None:  # which no budget takes, whose lights are evenly spaced
         if arguments.dock_diameter is not None or arguments.lights is not None:
             raise UserError(f"--dock {arguments.dock} says it all; it does not go with --dock-diameter or --lights")
         with blaming("--dock: "):

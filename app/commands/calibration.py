@@ -24,6 +24,7 @@ from dockpose.pose.learned.views import DockView
 from dockpose.sources import Kind, kind_of, list_pictures, open_frames
 from dockpose.sources.boards import Looked, gather, grey_pictures, is_of_frames, squares_in
 
+_OF_FOUR = "tangential"
 _RULE = "light   outwards mm     along mm        off plane mm"
 KNOWN = {"lens": {"choices": LENS_CHOICES}, "in": {"choices": MEDIA}, "format": {"choices": FORMATS}}
 
@@ -37,6 +38,9 @@ def run_calibrate(arguments: argparse.Namespace) -> int:
     gathering, looked = gathered(arguments.sources, board)
     try:
         done = calibrate_gathered(gathering, arguments.lens)
+        if arguments.format == "kalibr" and len(done.camera.distortion) > 4:
+            say(f"--format kalibr has four coefficients: the lens is fitted as --lens {_OF_FOUR}")
+            done = calibrate_gathered(gathering, _OF_FOUR)
     except CalibrationError as error:
         seen = "" if looked is None else f" ({looked.in_words(len(gathering.sightings))})"
         raise UserError(f"{' '.join(arguments.sources)}: {error}{seen}") from error

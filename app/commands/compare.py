@@ -12,8 +12,8 @@ from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, p
 from dockpose.app.commands.export import check_out, write_out
 from dockpose.app.commands.output import open_lines, write_line
 from dockpose.app.drawing.numbers import chance, number, pose_cells
-from dockpose.app.errors import UserError
-from dockpose.app.inputs.pictures import Batch, Picture, known
+from dockpose.app.errors import UserError, blaming
+from dockpose.app.inputs.pictures import Batch, Picture, known, take_labels
 from dockpose.app.inputs.sequences import FrameSource, resolve
 from dockpose.app.processing.comparison import compare
 from dockpose.app.processing.judged import HEAD, Judged, Known, judged, known_by_hand, summary
@@ -38,6 +38,10 @@ def run(arguments: argparse.Namespace) -> int:
         check_out(arguments.out)
     rows: list[Judged] = []
     parts = resolve(arguments.sources, camera, dock, say, topic=arguments.topic, rotate_deg=arguments.rotate)
+
+    if arguments.lights_at is not None:
+        with blaming("--lights-at "):
+            take_labels(parts, arguments.lights_at, say, snap=False)
 
     def work(picture: Picture) -> dict[str, Estimate]:
         return compare(picture.image, picture.camera, picture.dock, settings)

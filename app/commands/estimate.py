@@ -1,11 +1,12 @@
-"""``dockpose estimate``: pictures, videos and live streams in; lines, a table and pictures out."""
+"""``dockpose estimate``: pictures, videos and live streams in, or a session again; lines, a table and pictures out."""
 
 import argparse
 import contextlib
 import dataclasses
-import functools
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -15,28 +16,44 @@ from dockpose.app.commands import console
 from dockpose.app.commands.output import ResultWriter
 from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError, blaming, check_place
-from dockpose.app.experiment.record import FRAMES, is_session
+from dockpose.app.experiment.record import is_session
 from dockpose.app.export.recordings.ros import ENDING as MCAP_ENDING
 from dockpose.app.export.recordings.ros import Seen
-from dockpose.app.inputs.pictures import Batch, Picture, UnknownError
+from dockpose.app.inputs.pictures import Batch, Picture, UnknownError, take_labels
 from dockpose.app.inputs.received import safe_name
 from dockpose.app.inputs.sequences import FrameSource, resolve
 from dockpose.app.processing.masks import AutoMasks
+from dockpose.app.resources import versions
 from dockpose.app.state.trust import trust_of
+from dockpose.camera.image import decode, read_picture_file
+from dockpose.labels import is_labels
 from dockpose.lights.by_hand import ByHand
 from dockpose.sidecar import load_lights
 from dockpose.text import as_text
 from dockpose.thresholds import METHODS
 from dockpose.tracking import NO_TRACK
 
+if TYPE_CHECKING:
+    from dockpose.app.experiment import Row, SessionRecord
+
 KNOWN = {"method": {"choices": METHODS}, "words": {"least_px": Settings().min_area_px}}
+
+# What does not go with --session.
+_OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock", "vehicle")
+_OWN += ("camera_size", "lights_at", "snap", "at_frame")
+_UNSET = ("rotate", 0), ("at_frame", 0)
+_WRITTEN = ("json", "csv", "tum", "annotate", "out", "record")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose estimate``; returns the exit status."""
+    if arguments.session is not None:
+        return run_session(arguments)
     for source in arguments.sources:
         if is_session(Path(source)):
-            raise UserError(f"{source}: is a session; its pictures are in {Path(source) / FRAMES}")
+            raise UserError(f"{source}: is a session; estimate --session {source} does its frames again")
+    if not arguments.sources:
+        arguments.parser.error("give a SOURCE, or --session FOLDER")
     camera, dock, settings = given.camera_of(arguments), given.dock_of(arguments), given.settings_of(arguments)
     arguments.carrier = given.vehicle_of(arguments)
     _check(arguments)
@@ -63,6 +80,9 @@ def _lights_of(arguments: argparse.Namespace, parts: list[Batch | FrameSource | 
             raise UserError("--snap and --at-frame go with --lights-at FILE")
         return None
     with blaming("--lights-at "):
+        if is_labels(path) and not arguments.at_frame:
+            take_labels(parts, path, console.say, snap=arguments.snap)
+            return None
         lights = load_lights(path)
     if arguments.snap:
         lights = msgspec.structs.replace(lights, snap=True)
@@ -79,7 +99,7 @@ def _lights_of(arguments: argparse.Namespace, parts: list[Batch | FrameSource | 
 def _check(arguments: argparse.Namespace) -> None:
     """Raise UserError for what the options cannot be, whatever the sources are."""
     rate_hz = arguments.rate
-    given.check_least(arguments, at_frame=0)
+    given.check_least(arguments, jobs=1, at_frame=0)
     if rate_hz is not None and not 0 < rate_hz < 1e6:
         raise UserError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
     if arguments.out is not None and arguments.out.suffix.lower() != MCAP_ENDING:
@@ -156,19 +176,106 @@ def _estimate_pictures(
     folder = None if how.annotate is None else results.folder(how.annotate)
     auto_masks = AutoMasks(settings, console.say)
 
+    def write(
+        path: Path, sha256: str | None, taken_s: float | None, found: Estimate, read: Callable[[], Picture]
+    ) -> None:
+        def keep(picture: np.ndarray) -> None:
+            if folder is not None:
+                folder.write(path.stem, picture)
+
+        name = as_text(str(path))
+        line = found.to_dict(name, 0, None, sha256, taken_s, how.carrier) | NO_TRACK | given.turned(how)
+        seen = Seen(name, results.frames, found, trust_of(found), vehicle=how.carrier)
+        results.write(line, str(path), seen, lambda: read().frame(), keep, bag)
+
+    if given.is_split(how):
+        from dockpose.app.processing.parallel import PictureWork, split, workers
+
+        with workers(how.jobs) as (executor, at_once):
+            for one in split(PictureWork(batch.files), executor, at_once, auto_masks, settings):
+                if one.estimate is None:
+                    batch.skip(one.message)
+                else:
+                    batch.tell_orientation(one.tag, batch.files[one.index].path)
+                    file = batch.files[one.index]
+                    write(file.path, one.sha256, one.time_unix_s, one.estimate, file.read)
+        return
+
     def work(picture: Picture) -> Estimate:
         wanted = auto_masks.settings_for(picture.image.shape, picture.camera, picture.dock)
         found = picture.estimate(wanted)
         auto_masks.see(found, str(picture.path))
         return found
 
-    def keep(path: Path, drawn: np.ndarray) -> None:
-        if folder is not None:
-            folder.write(path.stem, drawn)
-
     for picture, found in batch.run(work):
-        path, name = picture.path, as_text(str(picture.path))
-        about = name, 0, None, picture.sha256, picture.time_unix_s, how.carrier
-        line = found.to_dict(*about) | NO_TRACK | given.turned(how)
-        seen = Seen(name, results.frames, found, trust_of(found), vehicle=how.carrier)
-        results.write(line, str(path), seen, picture.frame(), functools.partial(keep, path), bag)
+        write(picture.path, picture.sha256, picture.time_unix_s, found, lambda picture=picture: picture)
+
+
+def run_session(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose estimate --session``; returns the exit status. Raises UserError for what does not go with it."""
+    if arguments.sources:
+        raise UserError(f"--session {arguments.session} takes the place of SOURCE ({arguments.sources[0]}); give one")
+    for name in (*_OWN, *_WRITTEN):
+        value = getattr(arguments, name, None)
+        if value not in (None, []) and value is not False and (name, value) not in _UNSET:
+            option = name.replace("_", "-")
+            raise UserError(f"--{option} does not go with --session, which has each frame's own and writes nothing")
+    return replay_session(arguments.session)
+
+
+def replay_session(folder: Path) -> int:
+    """Estimate every frame of a session with its own camera, dock and settings, and print what differs."""
+    from dockpose.app.experiment import read_session
+    from dockpose.app.experiment.record import unlisted
+
+    with blaming("--session "):
+        record = read_session(folder)
+    changed = unreadable = followed = 0
+    lacking = list(unlisted(record))
+    for text in lacking:
+        console.say(text)
+    for row in record.rows:
+        if row.found_by == "following":  # from a frame that the session need not have
+            followed += 1
+            continue
+        try:
+            sentence = _replayed(record, row)
+        except ValueError as error:
+            unreadable += 1
+            console.say(f"row {row.number}: {error}")
+            continue
+        if sentence:
+            changed += 1
+            console.put(f"row {row.number}: {sentence}")
+    same = len(record.rows) - changed - unreadable - followed
+    rest = f", {changed} differ{'s' if changed == 1 else ''}" if changed else ""
+    rest += f", {unreadable} cannot be read" if unreadable else ""
+    rest += f", {followed} followed from frames before, not searched again" if followed else ""
+    console.put(f"{folder}: {same} of {len(record.rows)} rows give the same numbers{rest}.")
+    return console.EXIT_SOME_UNREADABLE if changed or unreadable or lacking else console.EXIT_ALL_READ
+
+
+def _replayed(record: "SessionRecord", row: "Row") -> str:
+    """Which numbers of a row differ and why; empty where none does."""
+    from dockpose.app.processing.analysis import differences, estimate_again
+
+    line, path = record.line(row), record.folder / row.file
+    data = read_picture_file(path)
+    try:
+        found = differences(line, estimate_again(decode(data, str(path)), line))
+    except ValueError as error:
+        raise ValueError(str(error) if str(path) in str(error) else f"{path.with_suffix('.json')}: {error}") from error
+    if not found:
+        return ""
+    now, before = versions(), line.get("program")
+    before = before if isinstance(before, dict) else {}
+    reasons = ["the picture's file was changed"] if hashlib.sha256(data).hexdigest() != row.sha256 else []
+    reasons += [f"{one} was {before.get(one, 'unknown')}, is {now[one]}" for one in now if before.get(one) != now[one]]
+    name, stored, new = found[0]
+    more = f", and {len(found) - 1} more" if len(found) > 1 else ""
+    why = "; ".join(reasons) or "program, libraries and picture are the same"
+    return f"{name} {_short(stored)} is now {_short(new)}{more} ({why})"
+
+
+def _short(value: Any) -> str:
+    return repr(value) if isinstance(value, (int, float, str)) else "nothing" if value is None else "something else"

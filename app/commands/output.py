@@ -66,11 +66,11 @@ class ResultWriter:
         line: dict[str, Any],
         label: str,
         seen: Seen,
-        frame: Frame,
+        read: Callable[[], Frame],
         keep: Callable[[np.ndarray], object],
         bag: "Bag",
     ) -> None:
-        """Write what was found in a frame, whose annotated picture ``keep`` takes."""
+        """Write a frame, which ``read`` returns again, and whose annotated picture ``keep`` takes."""
         check_stopped()
         if line["status"] == "method_failed":
             self.failures.append(line["message"])
@@ -83,7 +83,7 @@ class ResultWriter:
         if self.tum is not None:
             self.tum.write(line)
         if self.to.annotate is not None:
-            keep(annotate(frame.picture(), seen.found, headline=headline_of(seen.trust)))
+            keep(annotate(read().picture(), seen.found, headline=headline_of(seen.trust)))
         # Of a sequence, whose progress is shown, the files tell; of pictures by themselves a line tells too.
         if not self._is_silent and (seen.track is None or not self._has_files):
             put(f"{label}: {_sentences(line, seen.trust)}")
@@ -91,6 +91,7 @@ class ResultWriter:
         self.docks += line["status"] == "ok"
         if (file := bag()) is not None:
             if not self.to.no_pictures:
+                frame = read()
                 is_kept = (frame.encoded or b"").startswith(AS_THEY_CAME)
                 seen = dataclasses.replace(seen, picture=frame.encoded if is_kept else to_png(frame.image))
             file.write(seen, line["time_s"], line["time_unix_s"])

@@ -216,7 +216,7 @@ def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Call
     wanted = [key for key in PARTS if not only or key in only]
     make_folder(out)
     parts: dict[str, Part] = {}
-    with workers(jobs) as executor:
+    with workers(jobs) as (executor, _):
         waiting = {executor.submit(make_part, key, seed): key for key in sorted(wanted, key=lambda k: k not in _SLOW)}
         for future in as_completed(waiting):
             key = waiting[future]

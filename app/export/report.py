@@ -1,8 +1,10 @@
-"""Reports on a picture or a session, one HTML file each that opens offline and prints well; their plots."""
+"""Reports on a picture, a sequence or a session, one HTML file each that opens offline and prints well; their plots."""
 
 import base64
+import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import cv2
@@ -20,6 +22,7 @@ from dockpose.app.drawing.numbers import (
     pose_cells,
     pose_sigmas,
     sigma_words,
+    status_words,
 )
 from dockpose.app.experiment import SessionRecord
 from dockpose.app.experiment.record import Row
@@ -30,14 +33,16 @@ from dockpose.app.processing.analysis import Analysis, estimate_again
 from dockpose.app.resources import versions
 from dockpose.app.state.trust import headline_of
 from dockpose.camera import mark
+from dockpose.camera.image import decode, turned
 from dockpose.pose.known import pose_error
 from dockpose.thresholds import LEVELS, Threshold
 from markupsafe import Markup
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_PICTURES = 24
+MOST_PICTURES, MOST_ROWS = 24, 500
 _WIDEST_PX, _WIDEST_OF_MANY_PX = 1600, 640
 Item = TypeVar("Item")
 _STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (BLUE, "o"), (ORANGE, "s"))  # one for each of QUANTITIES
@@ -97,6 +102,31 @@ def session_report(record: SessionRecord) -> str:
     )
 
 
+def sequence_report(path: Path, lines: Sequence[dict[str, Any]]) -> str:
+    """Return the report of a sequence from lines of schema 1 as ``dockpose estimate --json`` writes them."""
+    ok = sum(line["status"] == "ok" for line in lines)
+    facts = {"File": path.name, "Frames": f"{len(lines)}, a dock in {ok}"}
+    times = [line["time_s"] for line in lines if line.get("time_s") is not None]
+    facts |= {"Time": f"{min(times):.3f} to {max(times):.3f} s"} if times else {}
+    pictures = [
+        (f"{line['source']}, frame {line['frame']}", annotated_uri(image, line))
+        for line in _spread(lines, MOST_PICTURES)
+        if (image := _picture_of(line, path.parent)) is not None
+    ]
+    poses = {
+        "title": "Chosen poses",
+        "head": ("Frame", "Time (s)", *QUANTITIES, "likely (%)", "Track", "Source"),
+        "body": [_sequence_row(line) for line in _spread(lines, MOST_ROWS)],
+        "note": _left_out(len(lines), MOST_ROWS, "frames"),
+    }
+    return html_of(
+        **{"title": path.name, "kind": "sequence", "note": "", "facts": facts, "pictures": pictures},
+        groups=_groups(lines[0] if lines else {}) | {"Versions, of this report": versions()},
+        tables=[poses],
+        plots=[("Pose over the sequence", as_svg(sequence_figure(lines), "sequence"))] if lines else [],
+    )
+
+
 def html_of(**report: Any) -> str:
     """Return a report's page."""
     return page("report.html", report=report)
@@ -128,6 +158,30 @@ def _candidates_table(found: Estimate) -> dict[str, Any]:
         body.append((f"{name}{chosen}", *cells, percent(pose.probability), number(pose.rms_px, 3)))
     note = "±: one-sigma, with what camera and dock may be off. Position in the camera's frame: x right, y down."
     return {"title": "Both poses", "head": ("", *QUANTITIES, "likely (%)", "error (px)"), "body": body, "note": note}
+
+
+def _sequence_row(line: Mapping[str, Any]) -> list[str]:
+    cells, track = [status_words(line["status"]), *[""] * 5], line.get("track") or {}
+    if (pose := chosen_of(line)) is not None:
+        cells = [*(number(value, 2) for value in pose[:5]), percent(pose[5])]
+    state = "" if not track else "lost" if track.get("lost") else "predicted" if track.get("predicted") else "seen"
+    likely = track.get("probability")
+    state += f" {percent(likely)} %" if likely is not None else ""
+    return [str(line["frame"]), number(line["time_s"], 3), *cells, state, str(line["source"] or "")]
+
+
+def _picture_of(line: Mapping[str, Any], folder: Path) -> np.ndarray | None:
+    """Return the picture of a line if its file is still there, unchanged."""
+    if not line.get("source") or not line.get("sha256"):
+        return None
+    for path in (Path(line["source"]), folder / line["source"]):
+        try:
+            data = path.read_bytes()
+            if hashlib.sha256(data).hexdigest() == line["sha256"]:
+                return turned(decode(data, str(path)), line.get("rotate_deg") or 0)
+        except (OSError, ValueError):
+            continue
+    return None
 
 
 def annotated_uri(image: np.ndarray, line: dict[str, Any]) -> str:
@@ -185,18 +239,57 @@ def histogram_figure(threshold: Threshold) -> "Figure":
 def error_figure(rows: Sequence[Row]) -> "Figure":
     """Return a plot of estimated minus measured against range: position above, angles below."""
     figure = new_figure(6.5, 4.8, layout="constrained")
-    both = figure.subplots(2, 1, sharex=True)
-    ranges = np.array([row.range_cm for row in rows], dtype=float) / 100  # None becomes NaN
+    above, below = figure.subplots(2, 1, sharex=True)
+    ranges = _numbers(row.range_cm for row in rows) / 100
     errors = np.array([row.errors for row in rows], dtype=float).reshape(-1, 5)
+    _draw_quantities((above, below), ranges, errors, "nothing was measured")
+    above.set_ylabel("estimated − measured (cm)")
+    below.set(xlabel="range (m)", ylabel="estimated − measured (°)")
+    return figure
+
+
+def sequence_figure(lines: Sequence[dict[str, Any]]) -> "Figure":
+    """Return a plot of the chosen pose of each line of schema 1 over time, or over frames where times are unknown."""
+    times = [line.get("time_s") for line in lines]
+    timed = all(time is not None for time in times) and len(set(times)) == len(times)
+    across = _numbers(times if timed else range(len(lines)))
+    poses = np.array([chosen_of(line) or (None,) * 6 for line in lines], dtype=float).reshape(-1, 6)
+    figure = new_figure(6.5, 6.4, layout="constrained")
+    top, middle, bottom = figure.subplots(3, 1, sharex=True)
+    _draw_quantities((top, middle), across, poses, "no dock was found")
+    bottom.plot(across, poses[:, 5], "o", color=BLUE, markersize=2.5, label="of the chosen pose, from its frame alone")
+    tracked = _numbers((line.get("track") or {}).get("probability") for line in lines)
+    if np.isfinite(tracked).any():
+        bottom.plot(across, tracked, "^", color=ORANGE, markersize=2.5, label="with earlier frames")
+    for axes, label in ((top, "position (cm)"), (middle, "attitude (°)"), (bottom, "probability")):
+        axes.set_ylabel(label)
+    bottom.legend(fontsize=8)
+    bottom.set(ylim=(-0.05, 1.05), xlabel="time (s)" if timed else "frame")
+    return figure
+
+
+def _draw_quantities(both: "tuple[Axes, Axes]", across: np.ndarray, values: np.ndarray, otherwise: str) -> None:
+    """Draw values (N, 5 or more) of ``QUANTITIES``, positions above and angles below; or say why there are none."""
     for index, (colour, shape) in enumerate(_STYLES):
-        if np.isfinite(errors[:, index]).any():
+        if np.isfinite(values[:, index]).any():
             label = QUANTITIES[index].split()[0]
-            both[index // 3].plot(ranges, errors[:, index], shape, color=colour, markersize=2.5, label=label)
-    for axes, unit in zip(both, ("cm", "°"), strict=True):
-        axes.set_ylabel(f"estimated − measured ({unit})")
+            both[index // 3].plot(across, values[:, index], shape, color=colour, markersize=2.5, label=label)
+    for axes in both:
         if axes.get_legend_handles_labels()[0]:
             axes.legend(fontsize=8)
         else:
-            axes.text(0.5, 0.6, "nothing was measured", transform=axes.transAxes, ha="center")
-    both[1].set_xlabel("range (m)")
-    return figure
+            axes.text(0.5, 0.6, otherwise, transform=axes.transAxes, ha="center")
+
+
+def _numbers(values: Iterable[float | None]) -> np.ndarray:
+    """Numbers (N,); NaN for None."""
+    return np.array(list(values), dtype=float)
+
+
+def chosen_of(line: Mapping[str, Any]) -> list[Any] | None:
+    """Return a line's chosen pose in the order and units of ``QUANTITIES``, then its probability; None without one."""
+    if line["selected"] is None:
+        return None
+    pose = line["candidates"][line["selected"]]
+    lengths = (100 * value for value in pose["position_m"])
+    return [*lengths, pose["theta_x_deg"], pose["theta_y_deg"], pose["probability"]]

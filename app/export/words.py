@@ -1,4 +1,4 @@
-"""Sentences about a result (what was found, why this pose), a calibration, and measured values."""
+"""Sentences about a result (what was found, why this pose), a calibration, an error budget, and measured values."""
 
 import math
 from collections.abc import Sequence
@@ -21,6 +21,8 @@ from dockpose.camera.standard_errors import CameraSigma
 from dockpose.pose.circle import angles_of, rotation_from_angles
 from dockpose.pose.shared import diameter_share
 from dockpose.pose.tape import TAPE_M, Place, TapeFit, fit_tape
+from dockpose.study import budget as budgets
+from dockpose.study.budget import USUAL_NOISE_PX, Budget
 from dockpose.thresholds import METHODS
 
 _ADVICE = {
@@ -42,6 +44,19 @@ MEDIA = ("air", "water")
 _AXES = ("x", "y", "z")
 _PIXELS, _USUAL = ("fx", "fy", "cx", "cy"), ("k1", "k2", "p1", "p2", "k3")
 _SURE_SHARE = 0.01  # of the focal length: a larger standard error is said to be large
+TILTS_DEG = (0.0, 10.0, 20.0, 40.0)
+_RANGES = 6
+_GOOD_SHARE, _SURE = 0.05, 0.95  # of the range, and the chance, from which on the page warns
+HEAD = (
+    "range (m)",
+    "tilt (°)",
+    "lights apart (px)",
+    "x, y (cm)",
+    "range ± (cm)",
+    "in all ± (cm)",
+    "angles ± (°)",
+    "told apart (%)",
+)
 
 
 def status_line(found: Estimate) -> str:
@@ -103,6 +118,41 @@ def outcome(view: BoardView) -> str:
     if view.error_px is None:
         return f"{view.corners} corners"
     return f"{view.error_px:.3f} px over {view.corners} corners"
+
+
+def usual_ranges_m(camera: Camera, dock: Dock) -> list[float]:
+    """Ranges from where the dock fills the picture to where its lights run together, to two digits."""
+    near, far = budgets.nearest_m(camera, dock), budgets.farthest_apart_m(camera, dock)
+    ranges = np.geomspace(near, max(far, 2 * near), _RANGES)
+    return [float(f"{range_m:.2g}") for range_m in ranges]
+
+
+def budget_cells(budget: Budget) -> list[str]:
+    """Return the cells of ``HEAD``."""
+    apart = f"{budget.apart_px:.0f}" + ("" if budget.lights_apart else " (merge)")
+    tilt = f"{budget.tilt_deg:g}" + ("" if budget.in_view else " (not all in view)")
+    x, y, z = 100 * budget.sigmas[:3]
+    exact = _digits(max(x, y)), _digits(z), _digits(100 * budget.totals[2]), _digits(max(budget.sigmas[3:]))
+    return [f"{budget.range_m:g}", tilt, apart, *exact, percent(budget.tells_apart, 0)]
+
+
+def _digits(value: float) -> str:
+    """Two significant digits, and no more than hundredths."""
+    return number(value, 0 if value >= 10 else 1 if value >= 1 else 2)
+
+
+def budget_sentences(camera: Camera, dock: Dock, noise_px: float = USUAL_NOISE_PX) -> list[str]:
+    """Say whose budget it is, and up to where the dock's lights, its range and its attitude can be known."""
+    apart = budgets.farthest_apart_m(camera, dock)
+    good = budgets.farthest_m(camera, dock, 20.0, noise_px, lambda one: one.sigmas[2] / one.range_m - _GOOD_SHARE)
+    known = {
+        tilt: budgets.farthest_m(camera, dock, tilt, noise_px, lambda one: _SURE - (one.tells_apart or 0.5))
+        for tilt in (10.0, 20.0)
+    }
+    return [
+        *sentences("budget.txt", "set_up", camera, dock, numbers.length_words(dock.diameter), noise_px),
+        *sentences("budget.txt", "reach", apart, good, _GOOD_SHARE, known, _SURE),
+    ]
 
 
 @dataclass(frozen=True)

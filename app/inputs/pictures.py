@@ -1,7 +1,7 @@
 """Picture files with their cameras and docks, in batches, and the sample scenes."""
 
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self, TypeVar
@@ -13,6 +13,7 @@ from dockpose.app.errors import UserError
 from dockpose.camera.image import orientation_sentence, turned
 from dockpose.camera.stills import name_of
 from dockpose.files import FileError, to_yaml, write_whole
+from dockpose.labels import read_labels
 from dockpose.lights.by_hand import ByHand
 from dockpose.pose.known import KnownPose
 from dockpose.sidecar import lights_beside, read_sidecar, sample_path
@@ -75,6 +76,22 @@ class PictureFile:
         encoded = None if self.rotate_deg else encoded
         more = {"time_unix_s": taken_s, "tag": tag, "encoded": encoded, "by_hand": self.by_hand}
         return Picture(self.path, turned(image, self.rotate_deg), sha256, self.camera, self.dock, **more)
+
+
+def take_labels(parts: "Iterable[Batch | object]", path: Path, report: Callable[[str], None], *, snap: bool) -> None:
+    """Set the lights that a file of labels has for pictures by their names; others are searched, and counted."""
+    labels = read_labels(path)
+    if snap:
+        labels = {name: msgspec.structs.replace(lights, snap=True) for name, lights in labels.items()}
+    batches = [part for part in parts if isinstance(part, Batch)]
+    for batch in batches:
+        batch.files = tuple(file.with_lights(labels.get(file.path.name, file.by_hand)) for file in batch.files)
+    files = [file for batch in batches for file in batch.files]
+    left = sum(file.path.name not in labels for file in files)
+    if left == len(files):
+        raise UserError(f"{path}: has the lights of no picture here; the first that it names is {next(iter(labels))}")
+    if left:
+        report(f"{path}: has no lights for {left} of {len(files)} pictures, which are searched.")
 
 
 class Batch:

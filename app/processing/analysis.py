@@ -1,6 +1,7 @@
 """One run of the pipeline: a view in, an analysis out; the trajectory over many frames; stored results again."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -21,7 +22,9 @@ _MOST_ON_PATH = 600  # frames
 MOST_POINTS = 20_000  # beyond which the oldest are dropped; a live source may run for hours
 COLUMNS = ("time_s", *SI_COLUMNS, "eccentricity", "probability", "lost")
 _NOMINAL_HZ = 10.0  # of frames without times
+ROUNDING = 1e-11  # relative, and absolute below 1
 _FROM_OUTSIDE = ("hand", "tracking")  # choices that a picture alone does not determine
+_COMPARED = ("status", "image", "threshold", "markers", "ellipse", "candidates", "selected", "selected_by")
 
 
 class Trajectory:
@@ -166,3 +169,26 @@ def estimate_again(image: np.ndarray, line: dict[str, Any]) -> Estimate:
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise ValueError(f"says that a pose was chosen by {chosen_by}, but not which") from error
     return select_pose(found, index, chosen_by)
+
+
+def differences(line: dict[str, Any], found: Estimate) -> list[tuple[str, Any, Any]]:
+    """Name, stored and new value of what differs by more than rounding; of lists of different length, the lengths."""
+    new = msgspec.json.decode(msgspec.json.encode(found.to_dict()))
+    return [entry for name in _COMPARED if name in line for entry in _different(name, line[name], new.get(name))]
+
+
+def _different(name: str, stored: Any, new: Any) -> Iterator[tuple[str, Any, Any]]:
+    if isinstance(stored, dict) and isinstance(new, dict):
+        for key in stored:
+            yield from _different(f"{name}.{key}", stored[key], new.get(key))
+    elif isinstance(stored, list) and isinstance(new, list):
+        if len(stored) != len(new):
+            yield f"number of {name}", len(stored), len(new)
+            return
+        for index, (one, other) in enumerate(zip(stored, new, strict=True)):
+            yield from _different(f"{name}[{index}]", one, other)
+    elif isinstance(stored, float) and isinstance(new, float):
+        if not (stored == new or math.isclose(stored, new, rel_tol=ROUNDING, abs_tol=ROUNDING)):
+            yield name, stored, new
+    elif stored != new:
+        yield name, stored, new

@@ -53,7 +53,11 @@ class Following:
         self.settings = self.masks.settings_for(frame.image.shape, self._camera, self._dock)
         if self._watch is not None and (sentence := self._watch.see(frame, found)):
             self._tell(f"{frame.name}: {sentence}")
-        tracked = self._tracker.follow(found, frame.time_s)
+        return self.follow(found, frame.time_s)
+
+    def follow(self, found: Estimate, time_s: float | None) -> Followed:
+        """Update the track with the next frame, which was searched elsewhere."""
+        tracked = self._tracker.follow(found, time_s)
         return Followed(tracked, chosen_by_track(tracked))
 
 

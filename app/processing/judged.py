@@ -7,7 +7,9 @@ from statistics import median
 
 import numpy as np
 from dockpose import Estimate
-from dockpose.app.processing.analysis import Analysis
+from dockpose.app.processing.analysis import Analysis, analyse
+from dockpose.app.processing.background import Progress
+from dockpose.app.processing.comparison import compare
 from dockpose.app.processing.losses import Losses, lost_of
 from dockpose.app.state.view import View
 from dockpose.paper.rivals import NAMES
@@ -57,6 +59,17 @@ def judged_by(analysis: Analysis) -> View:
     known = known_by_hand(analysis.estimate)
     is_needed = known is not None and known.pose is not None and analysis.view.known_pose is None
     return replace(analysis.view, truth=known.pose) if known is not None and is_needed else analysis.view
+
+
+def judged_views(views: Iterable[View], progress: Progress) -> list[Judged]:
+    """Judge every method on the pictures whose lights are set, by these."""
+    rows = list[Judged]()
+    for view in progress.over([view for view in views if view.set_lights is not None]):
+        known = known_by_hand(analyse(view).estimate)
+        if known is not None:
+            found = compare(view.image, view.camera, view.dock, view.settings)
+            rows += judged(view.source, found, known)
+    return rows
 
 
 def judged(picture: str, found: Mapping[str, Estimate], known: Known) -> Iterator[Judged]:

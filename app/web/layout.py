@@ -19,14 +19,15 @@ from dockpose.app.web.panels.picture import StripPanel, ViewpointPanel, table_ht
 from dockpose.app.web.panels.play import SequencePanel
 from dockpose.app.web.panels.settings import STEPS_HTML, SettingsPanel
 from dockpose.app.web.panels.source import SimulatorPanel, SourcePanel
-from dockpose.app.web.panels.tank import CameraPanel, ChipsPanel, TanksPanel
+from dockpose.app.web.panels.tank import BudgetPanel, CameraPanel, ChipsPanel, TanksPanel
+from dockpose.app.web.panels.trajectory import TrajectoryPanel
 from dockpose.app.web.panels.view import PicturePanel
 from dockpose.app.web.widgets import Panel, take_number
 
 # The tabs beside the picture, the first of them open, and their panels from above; each ends with a link to its part
 # of the help.
 TABS: dict[str, tuple[type[Panel], ...]] = {
-    "Tank": (TanksPanel,),
+    "Tank": (TanksPanel, BudgetPanel),
     "Source": (SourcePanel, SequencePanel, GuidancePanel, SimulatorPanel),
     "Detect": (DetectPanel, PosePanel),
     "Export": (ExportPanel,),
@@ -63,6 +64,7 @@ class Layout:
             request_to("take", **boxes): log.take_typed,
             request_to("typed", **boxes): log.typed,
             request_to("board", name=str): self.of(CalibrationPanel).toggle,
+            request_to("truth", what=str): self.of(TrajectoryPanel).ask,
             request_to("chip", label=str): self.of(ChipsPanel).press,
             request_to("layers", of=list[str]): exports.follow,
             request_to("given", label=str): lambda asked, client: app.change(
@@ -116,4 +118,7 @@ class Layout:
             for title, kind in OVER.items():
                 with shown.add_tab(title):
                     self._made[kind] = kind(app)
+                    if kind is ExperimentPanel:
+                        session = lambda: self.of(ExperimentPanel).folder  # noqa: E731
+                        self._made[TrajectoryPanel] = TrajectoryPanel(app, session)
         left.dock_left()

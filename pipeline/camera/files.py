@@ -1,4 +1,4 @@
-"""Camera files: those of many programs are read, and our own, ROS's and OpenCV's written."""
+"""Camera files: those of many programs are read, and our own, ROS's, OpenCV's and Kalibr's written."""
 
 import os
 import re
@@ -19,7 +19,7 @@ from dockpose.files import FileError, read_small, to_yaml, write_whole
 from dockpose.text import shown
 
 _ZED = re.compile("(LEFT|RIGHT)_CAM_")  # whose smaller pictures are cut out of the larger ones
-FORMATS = ("dockpose", "ros", "opencv")
+FORMATS = ("dockpose", "ros", "opencv", "opencv-xml", "kalibr")
 
 
 def load_camera(
@@ -96,23 +96,26 @@ def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose")
         The camera to write.
     path : str or Path
         Where to write it; an existing file is replaced.
-    file_format : {"dockpose", "ros", "opencv"}
-        Our own YAML, ROS's of camera_info, or that of OpenCV's FileStorage.
+    file_format : {"dockpose", "ros", "opencv", "opencv-xml", "kalibr"}
+        Our own YAML, ROS camera_info YAML, OpenCV FileStorage as YAML or XML, or Kalibr's camchain.
 
     Raises
     ------
     ValueError
-        If the format is unknown, or has no place for a port or a tone curve.
+        If the format is unknown, or has no place for a port, a tone curve or a coefficient.
     """
     check_one_of("file_format", file_format, FORMATS)
-    lacks = {"port": camera.port is not None, "tone": camera.tone != "linear"}
+    is_long = file_format == "kalibr" and any(camera.distortion[4:])
+    lacks = {"port": camera.port is not None, "tone": camera.tone != "linear", "fifth coefficient": is_long}
     for name, is_there in lacks.items():
         if is_there and file_format != "dockpose":
             raise ValueError(f"file_format is {file_format!r}, which has no place for the {name}; use dockpose")
-    if file_format == "opencv":
-        text = _opencv_text(camera)
+    if file_format.startswith("opencv"):
+        text = _opencv_text(camera, ".xml" if file_format.endswith("xml") else ".yml")
+    elif file_format == "dockpose":
+        text = to_yaml({"camera": msgspec.to_builtins(camera)})
     else:
-        text = to_yaml(ros_content(camera) if file_format == "ros" else {"camera": msgspec.to_builtins(camera)})
+        text = to_yaml(ros_content(camera) if file_format == "ros" else _kalibr_content(camera))
     write_whole(Path(path), text.encode())
 
 
@@ -135,8 +138,22 @@ def ros_content(camera: Camera) -> dict[str, Any]:
     }
 
 
-def _opencv_text(camera: Camera) -> str:
-    storage = cv2.FileStorage(".yml", cv2.FileStorage_WRITE | cv2.FileStorage_MEMORY)
+def _kalibr_content(camera: Camera) -> dict[str, Any]:
+    return {
+        "cam0": {
+            "cam_overlaps": [],
+            "camera_model": "pinhole",
+            "distortion_coeffs": [*camera.distortion, *[0.0] * 4][:4],
+            "distortion_model": "equi" if camera.fisheye else "radtan",
+            "intrinsics": [camera.fx, camera.fy, camera.cx, camera.cy],
+            "resolution": [camera.width, camera.height],
+            "rostopic": "/camera/image_raw",
+        }
+    }
+
+
+def _opencv_text(camera: Camera, ending: str) -> str:
+    storage = cv2.FileStorage(ending, cv2.FileStorage_WRITE | cv2.FileStorage_MEMORY)
     storage.write("image_width", camera.width)
     storage.write("image_height", camera.height)
     storage.write("camera_matrix", camera.matrix)

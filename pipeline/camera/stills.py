@@ -26,7 +26,6 @@ _TLOG = "a log of telemetry (MAVLink's tlog), which has no pictures; open the ca
 _OTHERS = {
     "an archive; unpack it": (b"PK\3\4", *ARCHIVES),
     "the log of a bag; open the .db3 beside it": (b"\x37\x7f\x06\x82", b"\x37\x7f\x06\x83"),
-    "a description of a stream (SDP); say its port, as rtp://:5600": (b"v=0\r", b"v=0\n"),
     "a playlist; open a file or an address that it names": (b"#EXTM3U",),
     "a capture of packets (pcap); open the stream, or a video of it": _PCAP,
     "a log of PX4 (ULog), which has no pictures; open the camera's recording": (b"ULog\x01",),

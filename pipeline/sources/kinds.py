@@ -12,6 +12,7 @@ from dockpose.sources.pictures import PICTURE_ENDINGS, has_pages
 _ADDRESS = re.compile(r"(rtsps?|rtmps?|https?|udp|rtp|srt|tcp|blueos)://", re.IGNORECASE)
 _CAMERA = re.compile(r"(?:/dev/video)?([0-9]{1,4})")
 _SCENE_ENDINGS = (".yaml", ".yml")
+_DESCRIPTION = ".sdp"  # of a stream
 _MOTION_JPEG = (".mjpeg", ".mjpg")
 VIDEO_ENDINGS = (
     *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".ts", ".m2ts", ".mts", ".wmv", ".flv"),
@@ -68,6 +69,8 @@ def kind_of(source: str) -> Kind:
             return Kind.GLOB
     if is_file and (kind := _by_content(path)):
         return kind
+    if path.suffix.lower() == _DESCRIPTION:
+        return Kind.STREAM
     for endings, kind in ((_SCENE_ENDINGS, Kind.SIMULATED), (BAG_ENDINGS, Kind.BAG), (VIDEO_ENDINGS, Kind.VIDEO)):
         if path.suffix.lower() in endings:
             return kind
@@ -98,7 +101,7 @@ def camera_number(source: str) -> int | None:
 
 def is_rtp(source: str) -> bool:
     """Whether a stream is one that is sent to a UDP port of ours."""
-    return source.lower().startswith("rtp://")
+    return source.lower().startswith("rtp://") or (source.lower().endswith(_DESCRIPTION) and "://" not in source)
 
 
 def _is_bag(folder: Path) -> bool:

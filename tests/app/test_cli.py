@@ -38,18 +38,18 @@ def test_no_words_serve_and_commands_are_left():
 
 def test_a_word_too_many_is_named(capsys):
     with pytest.raises(SystemExit):
-        main(["study", "tank", "--scenes", "1", "--seed", "1"])
-    wanted = "dockpose study: 'tank' is one word too many (dockpose study --help lists the options)\n"
+        main(["budget", "tank", "--camera", "c.yaml", "--dock-diameter", "0.3", "--lights", "10"])
+    wanted = "dockpose budget: 'tank' is one word too many (dockpose budget --help lists the options)\n"
     assert capsys.readouterr().err == wanted
 
 
 @pytest.mark.parametrize("words", [["--method", "1" * 5000], ["1" * 5000], ["--" + "x" * 5000]])
 def test_what_is_wrong_with_long_words_is_told_in_a_short_line(words, capsys):
     with pytest.raises(SystemExit):
-        main(["study", *words])
+        main(["budget", *words])
     told = capsys.readouterr().err
-    assert told.startswith("dockpose study: ")
-    assert told.endswith("(dockpose study --help lists the options)\n")
+    assert told.startswith("dockpose budget: ")
+    assert told.endswith("(dockpose budget --help lists the options)\n")
     assert len(told) < 1100  # a message has 900 characters at most
     assert told.count("\n") == 1
 

@@ -180,3 +180,15 @@ def test_a_number_that_only_another_can_be_is_told(page):
     typed(page, box, "1")
     page.page.get_by_text("Number of lights cannot be 1; it is 3 now.").wait_for()
     page.until(lambda: page.app.view.dock.lights == 3 and box.input_value() == "3")
+
+
+def test_error_budget_of_the_tank_in_force(page):
+    page.tab("Tank")
+    page.unfold("Error budget")
+    page.page.get_by_role("button", name="Which errors to expect").click()
+    rows = page.page.locator("#budget tbody tr")
+    page.until(lambda: rows.count() == 24)
+    assert "10 lights" in page.page.locator("#budget").locator("xpath=..").inner_text()
+    page.box("Number of lights").fill("8")
+    page.page.get_by_text("The camera or the dock has changed: press again.").wait_for()
+    assert rows.count() == 0

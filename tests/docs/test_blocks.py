@@ -21,6 +21,7 @@ NOT_RUN = {
     r"dockpose( serve .*| --.*)?$": "serves until it is stopped; tests/app/commands/test_serve.py does",
     r"(dockpose ros|ros2) ": "needs a running ROS; tests/app/commands/test_ros.py has modules that stand for it",
     r"dockpose estimate (rts?p:|0 )": "needs a camera or a stream; tests/pipeline/sources has them over the loopback",
+    r".* --jobs 4": "starts processes, which takes ten seconds; tests/app/processing/test_parallel.py does",
     r"dockpose simulate --out approach": "renders a hundred pictures, half a minute",
     r"dockpose (reproduce|study) ": "takes minutes; tests/app/commands/test_paper.py has parts of it",
     r"dockpose calibrate ": "looks for boards for a minute; tests/app/commands/test_calibration.py does",
@@ -59,7 +60,7 @@ def test_commands_run(name, words, request, monkeypatch, capsys):
 
 def test_most_of_what_estimates_runs():
     run = [words for _, words in COMMANDS if why_not_run(words) is None]
-    assert {words.split()[1] for words in run} >= {"estimate", "compare", "export", "simulate"}
+    assert {words.split()[1] for words in run} >= {"estimate", "compare", "export", "simulate", "budget"}
     assert len(run) >= 12
 
 

@@ -12,7 +12,9 @@ import cv2
 import numpy as np
 from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.experiment.record import read_session
-from dockpose.app.export.truth.results import read_results
+from dockpose.app.export.bundle import read_lines
+from dockpose.app.export.data import to_csv
+from dockpose.app.export.report import sequence_report
 from dockpose.app.state.preferences import Memory, with_settings_file
 from dockpose.app.state.tank import Tank, Tanks
 from dockpose.app.state.view import open_source
@@ -166,7 +168,10 @@ def _session_folder() -> Path:
 
 
 def _lines(path: Path) -> None:
-    read_results(path)
+    lines = read_lines(path)
+    to_csv(lines)
+    if len(path.read_bytes()) % 100 == 0:  # drawing its plots takes a hundred times as long
+        sequence_report(path, lines)
 
 
 def _frames(path: Path) -> None:

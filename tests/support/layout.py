@@ -38,6 +38,7 @@ for _name in (
     "sidecar",
     "estimate",
     "tracking",
+    "labels",
 ):
     LIBRARY[_name] = set(LIBRARY)
 LIBRARY["simulate"] = {"text", "checks", "files", "camera", "dock", "lights.ellipse", "pose"}

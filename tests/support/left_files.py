@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 import yaml
 from av.error import FFmpegError
+from dockpose.app.export import bundle
 from dockpose.camera.files import load_camera
 from dockpose.sources import SourceError, open_frames
 from PIL import Image
@@ -60,7 +61,7 @@ def _read(path: Path, is_growing: bool) -> None:
     elif ending == ".json":
         json.loads(data)
     elif ending == ".jsonl":
-        assert [json.loads(line) for line in data.splitlines()]
+        assert bundle.read_lines(path) if b'"schema"' in data else [json.loads(line) for line in data.splitlines()]
     elif ending == ".yaml":
         assert yaml.safe_load(data)
         if "camera" in path.name:
@@ -79,7 +80,9 @@ def _read(path: Path, is_growing: bool) -> None:
 def _read_lines(path: Path, data: bytes) -> None:
     whole = data[: data.rfind(b"\n") + 1]
     if path.suffix == ".jsonl":
-        assert all(isinstance(json.loads(line), dict) for line in whole.splitlines())
+        lines = [json.loads(line) for line in whole.splitlines()]
+        if lines and "schema" in lines[0]:
+            assert bundle.read_lines(path) == lines
     elif path.suffix == ".csv":
         rows = list(csv.reader(io.StringIO(whole.decode(), newline="")))
         assert len({len(row) for row in rows}) <= 1

@@ -44,7 +44,7 @@ def study(out: Path, scenes: int, seed: int, jobs: int, done: Callable[[], None]
     make_folder(out)
     os.environ |= dict.fromkeys(_THREADS, "1")  # idle threads of the workers' linear algebra would take their cores
     rows: list[Row] = []
-    with workers(jobs) as executor:
+    with workers(jobs) as (executor, _):
         for found in executor.map(functools.partial(_rows_of, seed), range(scenes)):
             rows += found
             done()

@@ -44,6 +44,8 @@ class _Line(msgspec.Struct):
 
     candidates: list[_Pose] = []
     selected: int | None = None
+    source: str | None = None
+    frame: _Number | None = None
     time_s: _Number | None = None
     time_unix_s: _Number | None = None
     camera: Camera | None = None
@@ -57,16 +59,17 @@ class Results:
     track: DockTrack
     clock: str  # which of the results' times theirs are
     notes: tuple[str, ...]
+    films: list[tuple[str, int | None]]  # of each row the name of its source, and which frame of that it is
     whole: Callable[[int], tuple[np.ndarray, dict[str, Any] | None]]
 
 
 def read_results(path: Path) -> Results:
     """Read results; FileError names what cannot be read, and the note what was left out."""
-    notes, places, lines = list[str](), list[Any](), list[tuple[float, float, np.ndarray]]()
+    notes, places, lines = list[str](), list[tuple[Any, str, int | None]](), list[tuple[float, float, np.ndarray]]()
     source, first = _source(path, notes), _Line()
     for place, line in source:
         first = line if line.camera is not None and first.camera is None else first
-        places.append(place)
+        places.append((place, Path(line.source or "").name, None if line.frame is None else int(line.frame)))
         lines.append((_or_nan(line.time_unix_s), _or_nan(line.time_s), _numbers(line)))
     unix_s, own_s = np.array([line[:2] for line in lines]).reshape(-1, 2).T
     clock = "time_unix_s" if np.isfinite(unix_s[:1]).all() else "time_s"
@@ -84,7 +87,8 @@ def read_results(path: Path) -> Results:
     own = np.where(np.isfinite(own), own, total)
     numbers = times_s[rows], chosen[:, :3], chosen[:, 3:], own, np.where(np.isfinite(total), total, own)
     track = DockTrack(*numbers, other[:, :3], other[:, 3:], values[:, 12], first.camera, first.dock)
-    return Results(track, clock, tuple(notes), lambda row: _whole(path, places[rows[row]]))
+    films = [places[row][1:] for row in rows]
+    return Results(track, clock, tuple(notes), films, lambda row: _whole(path, places[rows[row]][0]))
 
 
 def _or_nan(value: float | None) -> float:
@@ -151,8 +155,8 @@ def _of_table(path: Path) -> Iterator[tuple[None, _Line]]:
                 found = {name: float(text) for name, text in row.items() if name in _READ and text}
                 candidates = [_of_row(found, name) for name in "ab" if f"{name}_z_m" in found]
                 selected = "AB".index(row["selected"]) if row.get("selected") else None
-                own_s, unix_s = map(found.get, ("time_s", "time_unix_s"))
-                yield None, _Line(candidates, selected, own_s, unix_s)
+                frame, own_s, unix_s = map(found.get, ("frame", "time_s", "time_unix_s"))
+                yield None, _Line(candidates, selected, row["source"], frame, own_s, unix_s)
         except (ValueError, KeyError, csv.Error) as error:
             raise FileError(f"{path}: line {rows.line_num} is no row of estimate --csv ({error})") from error
 
@@ -160,7 +164,7 @@ def _of_table(path: Path) -> Iterator[tuple[None, _Line]]:
 _FIVE = ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg")
 _SIGMAS = ("chosen_sigma_", "chosen_sigma_total_")
 _READ = {f"{name}{column}" for name in ("a_", "b_", *_SIGMAS) for column in (*_FIVE, "probability")}
-_READ |= {"time_s", "time_unix_s"}
+_READ |= {"frame", "time_s", "time_unix_s"}
 
 
 def _of_row(found: dict[str, float], name: str) -> _Pose:

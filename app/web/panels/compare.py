@@ -3,6 +3,7 @@
 import base64
 from collections.abc import Mapping
 from functools import partial
+from html import escape
 from typing import Any
 
 import cv2
@@ -10,15 +11,18 @@ import numpy as np
 from dockpose import Estimate
 from dockpose.app.drawing.annotated import around_ring, kept_pixels
 from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, status_words
+from dockpose.app.errors import UserError
+from dockpose.app.export.bundle import to_zip
+from dockpose.app.export.judged import judged_files
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view, error_words, histogram_in, same_comparison
-from dockpose.app.processing.judged import Known, judged_by, known_by_hand
+from dockpose.app.processing.judged import HEAD, Known, judged_by, judged_views, known_by_hand, summary
 from dockpose.app.processing.losses import losses, ranks
 from dockpose.app.state.changes import with_method
-from dockpose.app.state.view import View
+from dockpose.app.state.view import View, with_upload
 from dockpose.app.web.choices import Client
-from dockpose.app.web.html import help_link
+from dockpose.app.web.html import help_link, row, table
 from dockpose.app.web.live import data_html
 from dockpose.app.web.page import Page
 from dockpose.app.web.panels.view import LOOK, runs
@@ -109,6 +113,8 @@ def method_words(found: Estimate, view: View) -> dict[str, Any]:
 class ComparePanel(Panel):
     """The cards of the methods, which static/compare.js draws."""
 
+    table = "compare"
+
     def __init__(self, app: Page) -> None:
         super().__init__(app)
         self._compared: View | None = None
@@ -118,6 +124,8 @@ class ComparePanel(Panel):
         app.closing.callback(self._work.close)
         gui.add_html(f'<dockpose-compare style="{LOOK}"></dockpose-compare>')
         self._cards, self._states = gui.add_html(""), gui.add_html("")
+        self.add("button", "judge", self._judge)
+        self._table = gui.add_html("")
         gui.add_html(help_link("compare"))
         gui.add_html(help_link("study", "Which method when, by a study of 2,000 scenes; the paper, reproduced"))
 
@@ -125,6 +133,22 @@ class ComparePanel(Panel):
         """Say which method is in use, and whether the results are of something else by now."""
         self.analysis = analysis
         self._tell()
+
+    def _judge(self, client: Client) -> None:
+        """Judge the methods on all pictures whose lights are set, and send the files of that."""
+        kept, remembered = self.app.kept, self.app.memory.with_lights
+
+        def work(progress: Progress) -> None:
+            view = self.app.view
+            others = [with_upload(view, kept.get(name), name) for name in kept.names()]
+            rows = judged_views([view, *(remembered(one) for one in others if one.item != view.item)], progress)
+            if not rows:
+                raise UserError("No lights are set: press Set lights over a picture, click them, and do so in others.")
+            lines = [row(escape(name), cells) for name, *cells in summary(rows)]
+            self._table.content = table("methods", HEAD[1:], lines)
+            client.send_file_download("methods.zip", to_zip(judged_files(rows)), save_immediately=True)
+
+        self.app.work.start(work, client)
 
     def compare(self, asked: Any, client: Client) -> None:
         """Compare the methods on what is shown, unless the results there are of it."""

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Mapping
 from functools import partial
 from html import escape
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -55,6 +56,11 @@ class ExperimentPanel(Panel):
         self._show_session("")
         if app.options.resume and (session := self._sessions.last()) is not None:
             self._replace(session, f"Going on with {session.record.name}.")
+
+    @property
+    def folder(self) -> Path | None:
+        """That of the session that is open."""
+        return None if self._session is None else self._session.folder
 
     def take_typed(self, request: Any, client: Client) -> None:
         """Take a frame with what a browser's boxes say, and tell it that it was heard."""

@@ -1,10 +1,12 @@
-"""The tab Tank: the saved tanks, camera and dock; and chips for what rules the next picture too."""
+"""The tab Tank: the saved tanks, camera and dock, the error budget; and chips for what rules the next picture too."""
 
 from dataclasses import replace
 from functools import partial
 from html import escape
 from typing import Any
 
+from dockpose import Camera, Dock
+from dockpose.app.export.words import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state import camera as optics
 from dockpose.app.state.camera import with_tank, with_these_as_mine
@@ -14,12 +16,13 @@ from dockpose.app.state.tank import tank_words
 from dockpose.app.state.values import VALUES
 from dockpose.app.state.view import View
 from dockpose.app.web.choices import Client, on_person
-from dockpose.app.web.html import small
+from dockpose.app.web.html import row, small, table
 from dockpose.app.web.page import Page
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.widgets import Panel, offer
 from dockpose.camera.files import FORMATS
 from dockpose.camera.formats.words import ENDINGS
+from dockpose.study.budget import budget
 from msgspec.structs import replace as changed
 
 
@@ -115,6 +118,41 @@ class ChipsPanel(Panel):
         """Do what a chip says, if it is still there."""
         if (chip := self._chips.get(asked.label)) is not None:
             self.change(chip.press, client, reload=True)
+
+
+class BudgetPanel(Panel):
+    """Which errors to expect of the camera and the dock in force, by range and tilt."""
+
+    table = "tank"
+
+    def __init__(self, app: Page) -> None:
+        super().__init__(app)
+        self._shown: tuple[Camera, Dock] | None = None
+        with self.gui.add_folder("Error budget", expand_by_default=False):
+            self.add("button", "budget", lambda client: self._fill())
+            self._table = self.gui.add_html("")
+
+    def show(self, analysis: Analysis) -> None:
+        """Say that a table of another camera or dock is no longer true."""
+        self.analysis = analysis
+        if self._shown is not None and self._shown != (analysis.view.camera, analysis.view.dock):
+            self._shown = None
+            self._table.content = small("The camera or the dock has changed: press again.")
+
+    def _fill(self) -> None:
+        if self.analysis is None:
+            return
+        self._shown = camera, dock = self.analysis.view.camera, self.analysis.view.dock
+        try:
+            ranges_m = usual_ranges_m(camera, dock)
+            rows = [budget_cells(budget(camera, dock, near, tilt)) for near in ranges_m for tilt in TILTS_DEG]
+            words = budget_sentences(camera, dock)
+        except ValueError as error:
+            self._table.content = small(f"No budget: {escape(str(error))}.")
+            return
+        # Range and tilt name a row; the page has no room for more columns than these.
+        lines = [row(f"{cells[0]} m, {cells[1]}°", cells[3:]) for cells in rows]
+        self._table.content = table("budget", HEAD[3:], lines, escape(" ".join(words)))
 
 
 class TanksPanel(Panel):

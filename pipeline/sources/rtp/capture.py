@@ -10,7 +10,8 @@ from av.error import FFmpegError
 from dockpose.sources.capture import Capture
 from dockpose.sources.ffmpeg import opened
 from dockpose.sources.frames import Callback
-from dockpose.sources.rtp.packets import Ordered, Receiver, place_of
+from dockpose.sources.rtp.description import described
+from dockpose.sources.rtp.packets import Ordered, Receiver
 from dockpose.sources.rtp.pictures import Assembly, Picture, coding_of
 
 _SILENT_S = 2.0  # after which the sender counts as gone
@@ -23,9 +24,9 @@ class RtpCapture(Capture):
     def __init__(self, address: str, tell: Callback, *, grey: bool = False) -> None:
         super().__init__(grey=grey)
         self._address, self._tell = address, tell
-        host, self._port = place_of(address)
-        self._receiver = Receiver(address, host, self._port)
-        self.about = f"waits for pictures at UDP port {self._port}"
+        self._described = described(address)
+        self._receiver = Receiver(address, self._described.host, self._described.port)
+        self.about = f"waits for pictures at UDP port {self._described.port}"
         self.is_idle = True
         self._stream: av.VideoStream | None = None
         self._sets: dict[int, bytes] = {}  # with which the stream was opened
@@ -51,7 +52,7 @@ class RtpCapture(Capture):
             if is_new:
                 self._forget_sender()
             if self._assembly is None:
-                self._assembly = Assembly(coding_of(packet.payload))
+                self._assembly = Assembly(self._described.coding or coding_of(packet.payload), self._described.sets)
             for one, is_after_gap in self._ordered.put(packet):
                 self._complete += self._assembly.take(one, is_after_gap)
 
@@ -94,13 +95,13 @@ class RtpCapture(Capture):
         if now_s - self._reported_s < _TELL_EVERY_S:
             return
         if not self._is_there:
-            port = f"UDP port {self._port}"
+            port = self._described.port
             if now_s - self._receiver.heard_s < _SILENT_S:
-                sentence = f"packets come to {port}, but no picture of H.264 or H.265 that begins by itself"
+                sentence = f"packets come to UDP port {port}, but no picture of H.264 or H.265 that begins by itself"
             elif now_s - self._receiver.other_s < _SILENT_S:
-                sentence = f"{self._receiver.other} comes to {port}; H.264 and H.265 over RTP are read"
+                sentence = f"{self._receiver.other} comes to UDP port {port}; H.264 and H.265 over RTP are read"
             else:
-                sentence = f"nothing comes to {port}"
+                sentence = f"nothing comes to UDP port {port}"
             self._tell(f"{self._address}: {sentence}")
         elif self._lost or self._left_out:
             self._tell(f"{self._address}: {self._lost} packets were lost, and {self._left_out} pictures are left out")

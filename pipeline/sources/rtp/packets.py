@@ -5,7 +5,6 @@ import socket
 import struct
 import time
 from typing import NamedTuple
-from urllib.parse import urlsplit
 
 from dockpose.sources.frames import SourceError
 
@@ -28,18 +27,6 @@ class Packet(NamedTuple):
     payload_type: int
     is_last: bool  # of its picture
     payload: bytes
-
-
-def place_of(address: str) -> tuple[str, int]:
-    """Host and UDP port of an address, as rtp://:5600; SourceError where it names no port."""
-    try:
-        parts = urlsplit(address)
-        host, port = parts.hostname or "", parts.port
-    except ValueError:
-        host, port = "", None
-    if not port:
-        raise SourceError(f"{address}: names no UDP port; write it as rtp://:5600")
-    return host, port
 
 
 def is_multicast(host: str) -> bool:

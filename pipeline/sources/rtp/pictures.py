@@ -1,6 +1,6 @@
 """Pictures of H.264 (RFC 6184) and H.265 (RFC 7798), put together from RTP packets where none is missing."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from dockpose.sources.rtp.packets import Packet
@@ -11,6 +11,7 @@ _START = b"\0\0\0\1"  # of a unit, where they follow each other in a stream of b
 class Coding(NamedTuple):
     """A video coding, whose units begin with a head that tells their kind."""
 
+    name: str  # in a description
     codec: str  # FFmpeg's name
     head_bytes: int
     aggregate: int  # kind of a packet that holds several units
@@ -30,14 +31,15 @@ class Coding(NamedTuple):
         return bytes([payload[0] & 0x81 | (kind & 0x3F) << 1, payload[1]])
 
 
-H264 = Coding("h264", 1, 24, 28, frozenset({5}), (7, 8))
-H265 = Coding("hevc", 2, 48, 49, frozenset(range(16, 22)), (32, 33, 34))
+H264 = Coding("H264", "h264", 1, 24, 28, frozenset({5}), (7, 8))
+H265 = Coding("H265", "hevc", 2, 48, 49, frozenset(range(16, 22)), (32, 33, 34))
+CODINGS = {coding.name: coding for coding in (H264, H265)}
 # Kinds with which senders of H.265 begin, and whose heads no unit of H.264 has.
 _H265_BEGINS = {0, 1, 19, 20, 21, 32, 33, 34, 35, 39, 48, 49}
 
 
 def coding_of(payload: bytes) -> Coding:
-    """The coding that a payload shows."""
+    """The coding that a payload shows, where no description names it."""
     has_head = len(payload) > 2 and not payload[0] & 0x81 and payload[1] == 1
     return H265 if has_head and H265.kind(payload) in _H265_BEGINS else H264
 
@@ -55,9 +57,9 @@ class Assembly:
     What a decoder makes up for lost packets looks like a picture, and has lights where they were before.
     """
 
-    def __init__(self, coding: Coding) -> None:
+    def __init__(self, coding: Coding, sets: Sequence[bytes] = ()) -> None:
         self.coding = coding
-        self.sets = dict[int, bytes]()  # the newest, by kind
+        self.sets = {coding.kind(unit): unit for unit in sets if len(unit) > coding.head_bytes}  # the newest, by kind
         self.left_out = 0
         self._stamp: int | None = None  # of the picture that is open
         self._units: list[bytearray] = []

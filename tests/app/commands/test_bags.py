@@ -46,10 +46,11 @@ def without_names(line):
 
 
 @pytest.mark.slow
-def test_a_bag_gives_the_poses_of_its_pictures(course, capsys):
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_a_bag_gives_the_poses_of_its_pictures(course, jobs, capsys):
     camera = ["--camera", str(course / "camera.yaml")]
     expected, _ = estimated([str(course / "pictures"), "--rate", "10", *camera, *DOCK_WORDS], capsys)
-    found, told = estimated([str(course / "run.mcap"), "--topic", bags.TOPIC, *DOCK_WORDS], capsys)
+    found, told = estimated([str(course / "run.mcap"), "--jobs", jobs, "--topic", bags.TOPIC, *DOCK_WORDS], capsys)
     assert len(found) == len(expected) == FRAMES
     assert [without_names(line) for line in found] == [without_names(line) for line in expected]
     assert [line["time_s"] for line in found] == pytest.approx([line["time_s"] for line in expected])

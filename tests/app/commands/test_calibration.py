@@ -25,7 +25,7 @@ def folder(tmp_path_factory):
 def test_the_squares_of_a_chessboard_are_counted(folder, tmp_path, capsys):
     out = tmp_path / "camera.yaml"
     assert (
-        main(["calibrate", str(folder), "--square", "0.024", "--lens", "k2", "--out", str(out), "--format", "opencv"])
+        main(["calibrate", str(folder), "--square", "0.024", "--lens", "k2", "--out", str(out), "--format", "kalibr"])
         == 0
     )
     assert "the board has 10 x 7 squares, as most pictures show" in capsys.readouterr().err

@@ -115,7 +115,9 @@ def test_pictures_whose_lights_are_known_make_one_table_of_all_methods(tank, cap
     at = lines.index("2 pictures whose lights are known")
     assert lines[at + 2].split()[:5] == ["HATS", "2", str(2 * len(lights)), "of", str(2 * len(lights))]
     assert lines[at + 2].split()[7:] == ["2", "2", "2", "0.0", "0.0"]
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [f"methods.{end}" for end in ("csv", "tex")]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        f"methods.{end}" for end in ("csv", "png", "svg", "tex")
+    ]
 
 
 def test_lights_that_cannot_be_of_a_picture_are_named_with_it_and_the_others_are_compared(tank, capsys):
@@ -126,6 +128,10 @@ def test_lights_that_cannot_be_of_a_picture_are_named_with_it_and_the_others_are
     assert captured.out.startswith("s1.png\n")
 
 
-def test_a_table_without_known_lights_is_refused(tank, capsys):
+def test_labels_of_many_pictures_are_taken_and_a_table_without_known_lights_is_refused(tank, capsys):
     assert main(["compare", "dark.png", *DOCK_OPTIONS, "--out", "table.csv"]) == 2
     assert "of no picture the lights are known" in capsys.readouterr().err
+    labels = {"images": [{"id": 1, "file_name": "other.png"}], "annotations": [{"image_id": 1, "keypoints": [5, 5, 2]}]}
+    (tank / "labels.json").write_text(json.dumps(labels))
+    assert main(["compare", "dark.png", *DOCK_OPTIONS, "--lights-at", "labels.json"]) == 2
+    assert "has the lights of no picture here; the first that it names is other.png" in capsys.readouterr().err

@@ -123,6 +123,7 @@ def test_what_is_no_picture_is_named_before_a_camera_is_asked_for(tmp_path, caps
         (["s1.png", "--camera", "words.png"], "words.png: holds no keys"),
         (["s1.png", "--level", "300"], "level is 300"),
         (["s1.png", "--min-area", "0"], "--min-area is 0"),
+        (["s1.png", "--jobs", "0"], "--jobs is 0"),
         (["s1.png", "--rate", "nan"], "--rate is nan"),
         (["s1.png", "--vehicle", "words.png"], "--vehicle: "),
         (["s1.png", "--level", "30", "--method", "hats"], "does not go with --method hats"),
@@ -147,7 +148,7 @@ def test_bad_arguments_end_with_2_and_one_sentence(tank, refusal, arguments, mes
         (["s1.png", "--fast"], "there is no option --fast"),
         (["s1.png", "--jsn=-"], "there is no option --jsn=-; did you mean --json?"),
         (["s1.png", "--rate", "often"], "argument --rate: invalid float value: 'often'"),
-        ([], "the following arguments are required: SOURCE"),
+        ([], "give a SOURCE, or --session FOLDER"),
     ],
 )
 def test_an_unknown_method_or_option_ends_with_2_and_one_line(tank, capsys, arguments, told):
@@ -278,4 +279,4 @@ def test_results_and_other_files_in_place_of_a_source_or_dock_are_named(tank, ca
     for name, words in names.items():
         assert f"{name}: is {words}" in refusal("estimate", name, *KNOWN, status=1)
     assert "s1.png: is a picture" in refusal("estimate", "s1.png", "--camera", "camera.yaml", "--dock", "s1.png")
-    assert ".: is a session; its pictures are in frames" in refusal("estimate", ".", *KNOWN)
+    assert "estimate --session . does its frames again" in refusal("estimate", ".", *KNOWN)

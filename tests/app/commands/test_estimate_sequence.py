@@ -103,11 +103,14 @@ def test_a_sequence_without_outputs_says_a_sentence_a_frame(here, capsys):
 
 
 @pytest.mark.slow
-def test_annotated_frames_are_numbered_and_overwrite_no_original(here, tmp_path):
+@pytest.mark.parametrize("jobs", [[], ["--jobs", "2"]], ids=["one", "split"])
+def test_annotated_frames_are_numbered_and_overwrite_no_original(here, tmp_path, jobs):
     before = {path: path.read_bytes() for path in (here / "pictures").iterdir()}
-    assert main(["estimate", "film.avi", "--annotate", str(tmp_path / "out")]) == 0
-    names = sorted(path.name for path in (tmp_path / "out").iterdir())
-    assert names == [f"frame_{number:04d}.png" for number in range(1, FRAMES + 1)]
+    if jobs:
+        assert main(["estimate", "film.avi", "--annotate", str(tmp_path / "out"), *jobs]) == 0
+        names = sorted(path.name for path in (tmp_path / "out").iterdir())
+        assert names == [f"frame_{number:04d}.png" for number in range(1, FRAMES + 1)]
+        return
     assert main(["estimate", "film.avi", "--annotate", str(tmp_path / "out.mp4")]) == 0
     capture = cv2.VideoCapture(str(tmp_path / "out.mp4"))
     assert capture.get(cv2.CAP_PROP_FPS) == 20

@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 import av
 import pytest
 from dockpose.app.cli import main
+from dockpose.app.export.bundle import read_lines
 from dockpose.files import write_whole
 from dockpose.sidecar import sample_source
 
@@ -57,7 +58,7 @@ def test_lines_on_a_full_disk_are_whole(tmp_path, video):
     assert done.returncode == 1
     text = (tmp_path / "a.jsonl").read_text(encoding="utf-8")
     assert text.endswith("\n")
-    lines = [json.loads(line) for line in text.splitlines()]
+    lines = read_lines(tmp_path / "a.jsonl")
     assert [line["frame"] for line in lines] == list(range(len(lines)))
     assert 0 < len(lines) < 6
     assert "Traceback" not in done.stderr
@@ -117,7 +118,7 @@ def test_name_that_is_no_text_is_spelt_out_everywhere(tmp_path, capsys):
     lines, table = tmp_path / "a.jsonl", tmp_path / "a.csv"
     assert main(["estimate", str(tmp_path), "--json", str(lines), "--csv", str(table)]) == 0
     assert json.loads(lines.read_text())["source"].endswith("a\\xff\x1b.png")
-    assert len(lines.read_text().splitlines()) == 1
+    assert len(read_lines(lines)) == 1
     assert "a\\xff" in table.read_text(encoding="utf-8")
     assert main(["estimate", str(tmp_path)]) == 0
     assert "a\\xff\\x1b.png: 10 lights" in capsys.readouterr().out

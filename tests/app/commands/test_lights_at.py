@@ -1,5 +1,7 @@
 """``--lights-at``: lights that somebody has set, of a picture and of a frame of a film."""
 
+import shutil
+
 import numpy as np
 import pytest
 from dockpose.app.cli import main
@@ -39,13 +41,14 @@ def test_a_film_is_followed_from_the_frame_whose_lights_are_set(tank, json_lines
         for frame in frames:
             video.write(frame.image)
     np.savetxt(tank / "lights.csv", frames[3].truth.lights_px, delimiter=",")
-    words = ["film.mkv", *KNOWN, "--lights-at", "lights.csv", "--at-frame", "3"]
-    found = json_lines("estimate", *words)
-    by = [line["found_by"] for line in found]
-    assert by == ["search", "following", "following", "hand", *["following"] * 4]
-    assert [line["detection"] is None for line in found] == [False] * 3 + [True] * 5
-    for line, frame in zip(found, frames, strict=True):
-        np.testing.assert_allclose(line["chosen"]["position_m"], frame.truth.position_m, atol=0.02)
+    for more in ([], ["--jobs", "2"]):
+        words = ["film.mkv", *KNOWN, "--lights-at", "lights.csv", "--at-frame", "3", *more]
+        found = json_lines("estimate", *words)
+        by = [line["found_by"] for line in found]
+        assert by == ["search", "following", "following", "hand", *["following"] * 4]
+        assert [line["detection"] is None for line in found] == [False] * 3 + [True] * 5
+        for line, frame in zip(found, frames, strict=True):
+            np.testing.assert_allclose(line["chosen"]["position_m"], frame.truth.position_m, atol=0.02)
     words[words.index("--at-frame") + 1] = "8"
     assert main(["estimate", *words]) == 1
     assert "film.mkv: has no frame 8, whose lights --lights-at sets" in capfd.readouterr().err
@@ -78,3 +81,22 @@ def test_what_does_not_go_with_lights_is_said(clicked, refusal, words, why):
 def test_results_say_that_nothing_checks_the_lights(clicked, capfd):
     assert main(["estimate", PLAIN, "--lights-at", "lights.csv"]) == 0
     assert "The lights were set by hand: nothing checks that they are a dock." in capfd.readouterr().out
+
+
+def test_labels_that_export_writes_give_each_picture_its_lights_again(tank, json_lines, capfd):
+    folder = tank / "some"
+    folder.mkdir()
+    for name in ("plain", "tilted"):
+        for ending in (".png", ".yaml"):
+            shutil.copy(sample_path(name).with_suffix(ending), folder)
+    assert main(["export", "some", "--out", "labels.json"]) == 0
+    assert capfd.readouterr().out == "labels.json\n"
+    first = json_lines("estimate", "some")
+    (folder / "more.png").write_bytes((folder / "plain.png").read_bytes())
+    (folder / "more.yaml").write_bytes((folder / "plain.yaml").read_bytes())
+    more, *again = json_lines("estimate", "some", "--lights-at", "labels.json")
+    assert (more["found_by"], [line["found_by"] for line in again]) == ("search", ["hand"] * 2)
+    for one, other in zip(first, again, strict=True):
+        before, after = ([(mark["x_px"], mark["y_px"]) for mark in line["markers"]] for line in (one, other))
+        away = np.linalg.norm(np.array(before)[:, None] - after, axis=2)
+        assert away.min(axis=0).max() < 1e-6

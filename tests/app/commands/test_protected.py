@@ -33,9 +33,11 @@ REFUSED = [
     ("estimate bag --out bag/0.mcap", "--out bag/0.mcap", "input bag/0.mcap"),
     ("estimate tilted.png --camera cam.yaml --csv cam.yaml", "--csv cam.yaml", "input cam.yaml"),
     ("estimate tilted.png --dock dock.yaml --json dock.yaml", "--json dock.yaml", "input dock.yaml"),
+    ("estimate --session session --log-file session/results.csv", "--log-file session/results.csv", "results.csv"),
     ("estimate tilted.png --json a --csv here/a", "--csv here/a", "what --json writes"),
     ("estimate tilted.png --json dangling --csv a", "--csv a", "what --json writes"),
     ("estimate tilted.png --json - --csv /dev/stdout", "--csv /dev/stdout", "what --json writes"),
+    ("estimate tank.sdp --json tank.sdp", "--json tank.sdp", "input tank.sdp"),
     ("estimate 0 --record new.mkv --annotate ./new.mkv", "--record new.mkv", "what --annotate writes"),
     ("compare tilted.png --json new --log-file new", "--log-file new", "what --json writes"),
     ("export tilted.png --camera cam.yaml --out cam.yaml", "--out cam.yaml", "input cam.yaml"),
@@ -54,6 +56,7 @@ REFUSED = [
     ("check session --out dock.yaml", "--out dock.yaml", "is there already and is not overwritten"),
     ("check session --out-camera session/results.csv", "--out-camera session/results.csv", "input session/results.csv"),
     ("check session --out new --out-camera new", "--out-camera new", "is what --out writes too"),
+    (f"budget {_KNOWN} --csv cam.yaml", "--csv cam.yaml", "input cam.yaml"),
     ("study --scenes 1 --seed 1 --out new --log-file new", "--log-file new", "what --out writes"),
     ("reproduce --out new --log-file new", "--log-file new", "what --out writes"),
     ("serve tilted.png --log-file tilted.png", "--log-file tilted.png", "input tilted.png"),
@@ -79,7 +82,7 @@ def made(tmp_path_factory):
     for name in ("s.yaml", "sim/scene.yaml", "sim/frame_0001.yaml"):
         save_sequence(FilmPlan(scene=scene), folder / name)
     (folder / "sim/truth.csv").write_bytes(",".join(TRUTH_COLUMNS).encode() + b"\r\n")
-    fakes = ["film.mkv", "lights.csv", "bag/0.mcap", "boards/a.png", "taken/frame_0001.png"]
+    fakes = ["film.mkv", "lights.csv", "tank.sdp", "bag/0.mcap", "boards/a.png", "taken/frame_0001.png"]
     for name in (*fakes, "session/session.yaml", "session/results.csv", "session/frames/0001.png"):
         (folder / name).write_bytes(b"of the tank")
     (folder / "link.png").symlink_to("tilted.png")
@@ -161,6 +164,7 @@ READ_ONLY = [
     f"export {PLAIN} --out ro/a.zip",
     "calibrate boards --board 10x7 --square 0.024 --out ro/c.yaml",
     f"learn-dock boards {_KNOWN} --out ro/d.yaml",
+    f"budget {_KNOWN} --csv ro/a.csv",
     "study --scenes 2 --seed 1 --jobs 1 --out ro/s",
     "reproduce --only table_3 --jobs 1 --out ro/r",
 ]
@@ -210,7 +214,7 @@ def read_only(monkeypatch):
 WORK = (
     *("inputs.pictures.estimate", "processing.following.Following.see", "commands.compare.compare"),
     *("commands.simulate.film", "commands.export._files", "commands.calibration.gathered"),
-    "commands.calibration.dock_views",
+    *("commands.calibration.dock_views", "commands.paper.budget"),
     *("export.study.report.workers", "export.parts.workers"),
 )
 

@@ -27,6 +27,7 @@ COMMANDS = {
     "video": ([*FILM, "--csv", "out/a.csv", "--annotate", "out/a.mkv", "--out", "out/b.mcap"], "out/b.mcap"),
     "folder": (["estimate", "pictures", "--json", "out/a.jsonl", "--annotate", "out"], "out/002.png"),
     "simulate": (["simulate", "--out", "out", "--frames", "5000"], "out/frame_0002.png"),
+    "two jobs": ([*FILM, "--jobs", "2"], "out/a.jsonl"),
     "reproduce": (["reproduce", "--jobs", "2", "--out", "out"], ""),
     "serve": (["serve", "--port", "0"], ""),
 }
@@ -116,7 +117,7 @@ def ends_cleanly(inputs, tmp_path, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["video", "simulate"])
+@pytest.mark.parametrize("name", ["video", "simulate", "two jobs"])
 def test_sigterm_ends_it_cleanly(inputs, tmp_path, name):
     """The others are in tests/bench/bench_sigterm.py: each starts Python several times."""
     ends_cleanly(inputs, tmp_path, name)
@@ -133,7 +134,7 @@ def test_what_a_killed_command_wrote_can_be_read(inputs, tmp_path, name):
 
 @pytest.mark.slow
 def test_workers_end_with_a_program_that_is_killed(inputs, tmp_path):
-    with running(inputs, tmp_path, "reproduce") as program:
+    with running(inputs, tmp_path, "two jobs") as program:
         assert len(alive(program.pid)) >= 3
         program.kill()
         program.wait()

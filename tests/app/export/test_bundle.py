@@ -11,12 +11,13 @@ import yaml
 from dockpose import Settings
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.colours import TRUST_COLOURS
-from dockpose.app.export.bundle import picture_files, to_zip
+from dockpose.app.export.bundle import picture_files, read_lines, to_zip
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import CancelledError, Progress
 from dockpose.app.state.changes import MEASURED_LIMITS, with_measured
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
+from dockpose.files import FileError
 
 
 @pytest.fixture(scope="module")
@@ -75,3 +76,48 @@ def test_source_that_is_markup_stays_text(analysis):
     view = replace(analysis.view, source="a: [b\n- c")
     made = picture_files(analyse(view))["settings.yaml"]()
     assert yaml.safe_load(made)["source"] == "a: [b\n- c"
+
+
+def line_of(analysis, **changed):
+    return json.dumps(analysis.estimate.to_dict("a.png", 0) | changed).encode() + b"\n"
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"time_s": -1e308},
+        {"time_s": "now"},
+        {"camera": {"fx_px": -1}},
+        {"dock": {"diameter_m": 0}},
+        {"settings": {"method": "magic"}},
+        {"chosen": {"position_m": [0, 0]}},
+        {"filtered": {"position_m": [0, 0, 1], "theta_x_deg": 0}},
+        {"candidates": [{"position_m": [0, 0, 1e300], "theta_x_deg": 0, "theta_y_deg": 0}]},
+        {"track": {"probability": 2.0}},
+        {"image": {"width": {"width": 1}}},
+        {"selected": 7},
+        {"frame": -1},
+        {"schema": 99},
+        {"markers": None},
+    ],
+    ids=json.dumps,
+)
+def test_a_line_of_wrong_types_or_values_is_named_by_its_number(analysis, tmp_path, changed):
+    path = tmp_path / "a.jsonl"
+    path.write_bytes(line_of(analysis) + line_of(analysis, **changed) + line_of(analysis))
+    with pytest.raises(FileError, match=r"a\.jsonl: line 2 does not follow schema 1 \(.{3,200}\)$"):
+        read_lines(path)
+
+
+def test_what_is_no_lines_is_refused(analysis, tmp_path):
+    path = tmp_path / "a.jsonl"
+    nested = line_of(analysis)[:-2] + b', "camera": ' + b'{"a": ' * 5000 + b"1" + b"}" * 5001 + b"\n"
+    for content, words in (
+        (b"", "has no lines"),
+        (b"{}\n", "line 1 does not"),
+        (b"[1]\n", "line 1 does not"),
+        (nested, "line 1"),
+    ):
+        path.write_bytes(content)
+        with pytest.raises(FileError, match=rf"a\.jsonl: {words}"):
+            read_lines(path)

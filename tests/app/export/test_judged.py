@@ -1,5 +1,6 @@
 import csv
 import io
+import xml.etree.ElementTree
 
 from dockpose.app.export.judged import judged_files
 from dockpose.app.processing.judged import Judged
@@ -28,3 +29,11 @@ def test_the_table_in_latex_has_a_line_a_method_by_the_papers_names():
         r"maximum entropy & 1 & 0 of 10 & 0 & 0 & 0 & 0 & 0 & - & - \\",
     ]
     assert lines[0] == r"\begin{tabular}{lrrrrrrrrr}"
+
+
+def test_the_plot_names_each_method():
+    svg = judged_files(ROWS)["methods.svg"]()
+    texts = "".join(xml.etree.ElementTree.fromstring(svg).itertext())
+    assert "HATS" in texts
+    assert "maximum entropy" in texts
+    assert judged_files(ROWS)["methods.png"]()[:4] == b"\x89PNG"

@@ -56,6 +56,8 @@ def write(tmp_path):
     ],
 )
 def test_round_trip_is_exact(tmp_path, file_format, camera):
+    if file_format == "kalibr":  # has four coefficients
+        camera = msgspec.structs.replace(camera, distortion=camera.distortion[:4])
     save_camera(camera, tmp_path / "c.yaml", file_format)
     assert load_camera(tmp_path / "c.yaml") == camera
 
@@ -85,9 +87,15 @@ def test_reads_what_the_ros_calibrator_writes(write):
     assert load_camera(write(ROS)) == expected
 
 
-def test_opencv_reads_what_we_write_for_it(tmp_path):
-    save_camera(CAMERA, tmp_path / "c.yml", "opencv")
-    storage = cv2.FileStorage(str(tmp_path / "c.yml"), cv2.FileStorage_READ)
+def test_kalibr_has_no_place_for_a_fifth_coefficient(tmp_path):
+    with pytest.raises(ValueError, match="no place for the fifth coefficient"):
+        save_camera(CAMERA, tmp_path / "c", "kalibr")
+
+
+@pytest.mark.parametrize(("name", "file_format"), [("c.yml", "opencv"), ("c.xml", "opencv-xml")])
+def test_opencv_reads_what_we_write_for_it(tmp_path, name, file_format):
+    save_camera(CAMERA, tmp_path / name, file_format)
+    storage = cv2.FileStorage(str(tmp_path / name), cv2.FileStorage_READ)
     np.testing.assert_array_equal(storage.getNode("camera_matrix").mat(), CAMERA.matrix)
     np.testing.assert_array_equal(storage.getNode("distortion_coefficients").mat(), [CAMERA.distortion])
     assert storage.getNode("image_width").real() == 640

@@ -130,7 +130,6 @@ def test_a_png_is_read_as_it_is_with_what_is_transparent_black(data, levels):
         (b"PK\3\4" + bytes(40), "an archive; unpack it"),
         (b"BZh91AY" + bytes(40), "an archive; unpack it"),
         (b"\x37\x7f\x06\x82" + bytes(40), r"the log of a bag; open the \.db3 beside it"),
-        (b"v=0\r\no=- 0 0 IN IP4 127.0.0.1\r\n", "a description of a stream"),
         (b"#EXTM3U\n#EXT-X-VERSION:3\n", "a playlist; open a file"),
         (b"\xd4\xc3\xb2\xa1\2\0\4\0" + bytes(40), r"a capture of packets \(pcap\)"),
         (b"ULog\x01\x12\x35\1" + bytes(40), r"a log of PX4 \(ULog\), which has no pictures"),

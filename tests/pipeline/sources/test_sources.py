@@ -54,6 +54,7 @@ def write_folder(folder: Path, numbers: range) -> Path:
         ("rtsp://127.0.0.1/x.mp4", Kind.STREAM),
         ("HTTP://127.0.0.1:80/?a=*", Kind.STREAM),
         ("rtp://:5600", Kind.STREAM),
+        ("tank.SDP", Kind.STREAM),
         ("tank.mp4", Kind.VIDEO),
         ("tank.AVI", Kind.VIDEO),
         ("http/tank.mp4", Kind.VIDEO),

@@ -82,6 +82,11 @@ def test_pictures_are_found_again(folder, lines):
         read_results(folder / "film.csv").whole(3)
 
 
+@pytest.mark.parametrize("name", ["film.jsonl", "film.csv"])
+def test_each_row_tells_its_film_and_which_frame_of_it_it_is(folder, name):
+    assert read_results(folder / name).films == [("film.mkv", number) for number in range(FRAMES)]
+
+
 def test_a_session_has_the_times_at_which_frames_were_taken(tmp_path, folder, lines):
     picture, _ = read_results(folder / "film.jsonl").whole(0)
     with Session.create(tmp_path / "day") as session:

@@ -1,8 +1,7 @@
 import socket
 
 import pytest
-from dockpose.sources import SourceError
-from dockpose.sources.rtp.packets import Ordered, Packet, Receiver, is_multicast, packet_in, place_of
+from dockpose.sources.rtp.packets import Ordered, Packet, Receiver, is_multicast, packet_in
 
 from tests.support.rtp import free_port
 
@@ -89,21 +88,3 @@ def test_the_first_sender_is_listened_to_while_it_sends(monkeypatch):
     assert received(2) == (2, True)
     sender.close()
     receiver.close()
-
-
-@pytest.mark.parametrize(
-    ("address", "place"),
-    [
-        ("rtp://:5600", ("", 5600)),
-        ("RTP://127.0.0.1:5600", ("127.0.0.1", 5600)),
-        ("rtp://239.1.2.3:5004", ("239.1.2.3", 5004)),
-    ],
-)
-def test_an_address_names_a_port(address, place):
-    assert place_of(address) == place
-
-
-@pytest.mark.parametrize("address", ["rtp://", "rtp://tank", "rtp://:99999", "rtp://:x"])
-def test_an_address_without_a_port_is_told(address):
-    with pytest.raises(SourceError, match="names no UDP port"):
-        place_of(address)

@@ -25,19 +25,20 @@ def taken(assembly: Assembly, *pictures: tuple[bytes, ...], lost=(), are_ends_ma
 
 
 @pytest.mark.parametrize(
-    ("coding", "payloads", "units"),
+    ("coding", "described", "payloads", "units"),
     [
-        (H264, [SPS, PPS, KEY], [SPS, PPS, KEY]),
-        (H264, [KEY], None),
-        (H264, [b"\x78" + b"\0\4" + SPS + b"\0\4" + PPS, KEY], [SPS, PPS, KEY]),
+        (H264, [], [SPS, PPS, KEY], [SPS, PPS, KEY]),
+        (H264, [], [KEY], None),
+        (H264, [SPS, PPS], [KEY], [SPS, PPS, KEY]),
+        (H264, [], [b"\x78" + b"\0\4" + SPS + b"\0\4" + PPS, KEY], [SPS, PPS, KEY]),
         # The first part, one between and the last, each with the unit's kind: 5, and 19 of H.265.
-        (H264, [SPS, PPS, b"\x7c\x85k", b"\x7c\x05e", b"\x7c\x45y"], [SPS, PPS, KEY]),
-        (H265, [VPS5, SPS5, PPS5, b"\x62\1\x93k", b"\x62\1\x53y"], [VPS5, SPS5, PPS5, KEY5]),
+        (H264, [SPS, PPS], [b"\x7c\x85k", b"\x7c\x05e", b"\x7c\x45y"], [SPS, PPS, KEY]),
+        (H265, [VPS5, SPS5, PPS5], [b"\x62\1\x93k", b"\x62\1\x53y"], [VPS5, SPS5, PPS5, KEY5]),
     ],
-    ids=["single", "no sets", "several in one", "parts", "parts of H.265"],
+    ids=["single", "no sets", "sets of the description", "several in one", "parts", "parts of H.265"],
 )
-def test_units_make_a_picture(coding, payloads, units):
-    found = taken(Assembly(coding), (INTER,), tuple(payloads))
+def test_units_make_a_picture(coding, described, payloads, units):
+    found = taken(Assembly(coding, described), (INTER,), tuple(payloads))
     data = b"" if units is None else b"".join(START + unit for unit in units)
     assert found == ([] if units is None else [(1, Picture(data, True))])
 

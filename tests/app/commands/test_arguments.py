@@ -43,10 +43,7 @@ def test_a_large_bare_diameter_is_asked_about(command, refusal, tmp_path):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (
-            ["dive.mp4", "--exposure", "120"],
-            "--exposure is for a camera, as 0 or /dev/video0; dive.mp4 is not a camera",
-        ),
+        (["dive.mp4", "--exposure", "120"], "--exposure is for a camera, as 0 or /dev/video0; dive.mp4 is not"),
         (["0", "--exposure", "nan"], "--exposure is nan; it must be a number"),
         (["0", "--gain", "inf"], "--gain is inf; it must be a number"),
         (["0", "--fps", "0"], "--fps is 0; it must be above 0 and at most 1000"),

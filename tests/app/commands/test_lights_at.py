@@ -58,19 +58,10 @@ def test_a_film_is_followed_from_the_frame_whose_lights_are_set(tank, json_lines
     ("words", "why"),
     [
         ([PLAIN, "--snap"], "--snap and --at-frame go with --lights-at FILE"),
-        (
-            [PLAIN, "s1.png", "--lights-at", "lights.csv"],
-            "these are lights of one picture, or of a frame of one film; give one SOURCE",
-        ),
-        (
-            [PLAIN, "--lights-at", "lights.csv", "--at-frame", "2"],
-            "these are lights of one picture, or of a frame of one film",
-        ),
+        ([PLAIN, "s1.png", "--lights-at", "lights.csv"], "or of a frame of one film; give one SOURCE"),
+        ([PLAIN, "--lights-at", "lights.csv", "--at-frame", "2"], "these are lights of one picture, or of a frame of"),
         ([PLAIN, "--lights-at", "lights.csv", "--at-frame", "-1"], "--at-frame is -1; it must be at least 0"),
-        (
-            [PLAIN, "--lights-at", "camera.yaml"],
-            "--lights-at camera.yaml: has no key lights_px, and is no table of x, y",
-        ),
+        ([PLAIN, "--lights-at", "camera.yaml"], "camera.yaml: has no key lights_px, and is no table of x, y"),
         ([PLAIN, "--lights-at", "lights.csv", "--rotate", "90"], "and do not go with --rotate"),
     ],
 )

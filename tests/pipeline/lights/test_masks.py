@@ -163,28 +163,22 @@ def test_texts_far_apart_are_masked_apart():
     assert len(masks[-1]) == 3
 
 
+def staying(frame):
+    return TEXT_PX
+
+
 @pytest.mark.parametrize(
-    ("name", "arguments"),
+    ("ring_at", "others_at", "areas_at"),
     [
-        ("everything stands still", {"ring_at": lambda frame: RING_PX, "others_at": lambda frame: TEXT_PX}),
-        ("it drifts", {"ring_at": moving, "others_at": lambda frame: TEXT_PX + [0.1 * frame, 0.0]}),
-        ("it is the point that the camera moves to", {"ring_at": coming, "others_at": lambda frame: CENTRE_PX}),
-        (
-            "its size changes",
-            {
-                "ring_at": moving,
-                "others_at": lambda frame: TEXT_PX,
-                "areas_at": lambda frame: np.full(13, 20 if frame % 4 else 60),
-            },
-        ),
-        (
-            "it comes and goes",
-            {"ring_at": moving, "others_at": lambda frame: TEXT_PX + (frame % 12 > 0) * 3.0 * frame},
-        ),
+        pytest.param(lambda frame: RING_PX, staying, None, id="everything stands still"),
+        pytest.param(moving, lambda frame: TEXT_PX + [0.1 * frame, 0.0], None, id="it drifts"),
+        pytest.param(coming, lambda frame: CENTRE_PX, None, id="it is the point that the camera moves to"),
+        pytest.param(moving, staying, lambda frame: np.full(13, 20 if frame % 4 else 60), id="its size changes"),
+        pytest.param(moving, lambda frame: TEXT_PX + (frame % 12 > 0) * 3.0 * frame, None, id="it comes and goes"),
     ],
 )
-def test_nothing_is_masked_where(name, arguments):
-    assert watch(20, **arguments)[-1] == (), name
+def test_nothing_is_masked_where(ring_at, others_at, areas_at):
+    assert watch(20, ring_at, others_at, areas_at=areas_at)[-1] == ()
 
 
 @pytest.mark.parametrize("ring_at", [moving, coming])

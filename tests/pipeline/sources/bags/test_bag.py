@@ -263,11 +263,7 @@ def test_pictures_of_which_none_can_be_read_are_named_before_a_camera_is_asked_f
 @pytest.mark.parametrize(
     ("topic", "infos", "chosen"),
     [
-        (
-            "/device_0/Color_0/image/data",
-            [("/device_0/Color_0/info/camera_info", ""), ("/device_0/IR/info/camera_info", "")],
-            0,
-        ),
+        ("/0/Color_0/image/data", [("/0/Color_0/info/camera_info", ""), ("/0/IR/info/camera_info", "")], 0),
         ("/cam/front", [("/cam/calibration", "")], 0),
         ("/cam/front", [("/calibration", "")], 0),
         ("/left/image", [("/infos/a", "camera"), ("/infos/b", "other")], 0),

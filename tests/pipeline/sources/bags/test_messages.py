@@ -97,7 +97,7 @@ def test_the_camera_of_a_message(store, model, D):
     assert camera_of(message) == (Camera(700, 710, 319.5, 239.5, 640, 480, D, fisheye=model == "equidistant"), [])
 
 
-ROI = (100, 50, 320, 240)
+ROI, NONE = (100, 50, 320, 240), (0, 0, 0, 0)
 WHOLE = Camera(700, 710, 319.5, 239.5, 640, 480)
 
 
@@ -107,24 +107,10 @@ WHOLE = Camera(700, 710, 319.5, 239.5, 640, 480)
         (ROI, 0, (320, 240), (100, 50), 1, None),
         (ROI, 2, (160, 120), (100, 50), 2, None),
         ((100, 50, 321, 241), 2, (160, 120), (100, 50), 2, None),  # half a row less, as drivers round
-        ((0, 0, 0, 0), 2, (320, 240), (0, 0), 2, None),
+        (NONE, 2, (320, 240), (0, 0), 2, None),
         ((0, 0, 640, 480), 1, (640, 480), (0, 0), 1, None),
-        (
-            ROI,
-            0,
-            (640, 480),
-            (0, 0),
-            1,
-            "of 320 x 240, and its pictures have 640 x 480, so no region of interest is taken off",
-        ),
-        (
-            (0, 0, 0, 0),
-            2,
-            (640, 480),
-            (0, 0),
-            1,
-            "640 x 480 pixels binned by 2 x 2, and its pictures have 640 x 480, so they are taken as not",
-        ),
+        (ROI, 0, (640, 480), (0, 0), 1, "of 320 x 240, and its pictures have 640 x 480, so no region of interest"),
+        (NONE, 2, (640, 480), (0, 0), 1, "binned by 2 x 2, and its pictures have 640 x 480, so they are taken as not"),
         ((100, 50, 200, 160), 2, (200, 160), (100, 50), 1, "so they are taken as not binned"),
         ((100, 50, 200, 160), 2, (320, 240), (0, 0), 2, "so no region of interest is taken off"),
     ],
@@ -145,21 +131,13 @@ def test_what_pictures_show_is_told_by_their_size(roi, binning, size, corner, by
     [
         ({"K": K}, (320, 240), "it is for pictures of 640 x 480 pixels, but they have 320 x 240"),
         ({"K": K}, (480, 640), "of 640 x 480 pixels, but they have 480 x 640"),
-        (
-            {"K": K, "roi": ROI},
-            (300, 240),
-            "640 x 480 pixels with a region of interest of 320 x 240, but they have 300",
-        ),
+        ({"K": K, "roi": ROI}, (300, 240), "480 pixels with a region of interest of 320 x 240, but they have 300"),
         ({"K": K, "roi": ROI, "binning": 2}, (320, 240), "binned by 2 x 2, but they have 320 x 240"),  # either of two
         ({"K": K, "size": (0, 0)}, (640, 480), "does not say for which pictures it is"),
         ({"K": (350.0, 0, 159.5, 0, 355.0, 119.5, 0, 0, 1), "binning": 2}, (320, 240), "of about 320 x 240 pixels"),
         ({"K": (350.0, 0, 159.5, 0, 355.0, 119.5, 0, 0, 1)}, (640, 480), r"point \(159.5, 119.5\) is that of pictures"),
         ({"K": (1400.0, 0, 639.5, 0, 1420.0, 479.5, 0, 0, 1)}, (640, 480), "of about 1280 x 960 pixels"),
-        (
-            {"K": K, "P": (*(1400, 0, 639.5, 0), *(0, 1420, 479.5, 0), *(0, 0, 1, 0))},
-            (640, 480),
-            "2 times as large as its K",
-        ),
+        ({"K": K, "P": (1400, 0, 639.5, 0, 0, 1420, 479.5, 0, 0, 0, 1, 0)}, (640, 480), "2 times as large as its K"),
         ({"K": (700.0, 0, 319.5, 0, 710.0, 119.5, 0, 0, 1), "roi": (0, 120, 640, 240)}, (640, 240), "about 640 x 240"),
     ],
 )

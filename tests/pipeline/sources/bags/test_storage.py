@@ -33,6 +33,8 @@ TOPICS = """
 """
 MESSAGES = "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);"
 ENDLESS = "WITH RECURSIVE r(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM r) SELECT i AS id, 1 AS topic_id, i AS "
+VIEW = f"{TOPICS} CREATE VIEW messages AS {ENDLESS} timestamp, x'00' AS data FROM r"
+AS_A_TABLE = "PRAGMA writable_schema=ON; UPDATE sqlite_master SET type = 'table', rootpage = 2 WHERE name = 'messages'"
 COMPRESS = {
     "zstd": zstandard.ZstdCompressor().compress,
     "lz4": lambda data: lz4.frame.compress(data, store_size=False),
@@ -56,23 +58,10 @@ def refused(source):
 @pytest.mark.parametrize(
     ("script", "message"),
     [
-        (
-            f"{TOPICS} CREATE VIEW messages AS {ENDLESS} timestamp, x'00' AS data FROM r",
-            "hold more bytes than the file",
-        ),
-        (
-            f"{TOPICS} CREATE VIEW messages AS {ENDLESS} timestamp, x'00' AS data FROM r WHERE i < 0",
-            "SQLite finds no row of it in 1000000 steps",
-        ),
-        (
-            f"{TOPICS} CREATE VIEW messages AS {ENDLESS} timestamp, x'00' AS data FROM r; PRAGMA writable_schema=ON;"
-            "UPDATE sqlite_master SET type = 'table', rootpage = 2 WHERE name = 'messages'",
-            "no such table: messages|hold more bytes than the file",
-        ),
-        (
-            f"{MESSAGES} CREATE VIEW topics AS {ENDLESS} name, i type, i serialization_format FROM r",
-            "is not a topic",
-        ),
+        (VIEW, "hold more bytes than the file"),
+        (f"{VIEW} WHERE i < 0", "SQLite finds no row of it in 1000000 steps"),
+        (f"{VIEW}; {AS_A_TABLE}", "no such table: messages|hold more bytes than the file"),
+        (f"{MESSAGES} CREATE VIEW topics AS {ENDLESS} name, i type, i serialization_format FROM r", "is not a topic"),
         (
             f"{TOPICS} CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, data, timestamp AS (zeroblob(1 << 29)));"
             "INSERT INTO messages(id, topic_id, data) VALUES(7, 1, x'00')",

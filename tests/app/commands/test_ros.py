@@ -222,11 +222,7 @@ def test_messages_are_filled_in_as_rclpy_takes_them(node):
 @pytest.mark.parametrize(
     ("module", "lost", "told"),
     [
-        (
-            "foxglove_msgs.msg",
-            {"/dock/annotations"},
-            "/dock/annotations is not published, for lack of the package",
-        ),
+        ("foxglove_msgs.msg", {"/dock/annotations"}, "/dock/annotations is not published, for lack of the package"),
         ("std_srvs.srv", set(), "for lack of the package std_srvs"),
     ],
 )

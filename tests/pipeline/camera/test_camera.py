@@ -28,8 +28,7 @@ def test_pinhole_projects_by_hand():
 
 
 @pytest.mark.parametrize(
-    "camera",
-    [PINHOLE, BARREL, RATIONAL, STRONG_BARREL, STRONG_PINCUSHION, STRONG_RATIONAL, FISHEYE, BEHIND_ITSELF],
+    "camera", [PINHOLE, BARREL, RATIONAL, STRONG_BARREL, STRONG_PINCUSHION, STRONG_RATIONAL, FISHEYE, BEHIND_ITSELF]
 )
 def test_rays_and_project_are_inverses_over_the_whole_picture(camera):
     pixels = whole_picture(camera)

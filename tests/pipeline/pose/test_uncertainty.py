@@ -13,15 +13,7 @@ from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, angles_of, rotation_from_angles
 from dockpose.pose.shared import SharedErrors
 from dockpose.pose.solve import find_poses
-from dockpose.pose.uncertainty import (
-    PARTS,
-    PoseErrors,
-    _prior_noise_px,
-    _quantile,
-    deviations,
-    log_evidence,
-    nearer,
-)
+from dockpose.pose.uncertainty import PARTS, PoseErrors, _prior_noise_px, _quantile, deviations, log_evidence, nearer
 from dockpose.study.judge import nearest, signed_errors
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation

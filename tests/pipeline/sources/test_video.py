@@ -71,11 +71,7 @@ def luma(count, levels, pixels, low=0):
 
 @pytest.mark.parametrize(
     ("name", "codec", "pixels", "levels"),
-    [
-        ("a.mkv", "ffv1", "gray", 256),
-        ("a.avi", "ffv1", "gray16le", 65536),
-        ("b.mkv", "ffv1", "gray10le", 1024),
-    ],
+    [("a.mkv", "ffv1", "gray", 256), ("a.avi", "ffv1", "gray16le", 65536), ("b.mkv", "ffv1", "gray10le", 1024)],
 )
 @pytest.mark.parametrize("grey", [False, True])
 def test_lossless_grey_keeps_every_level(tmp_path, name, codec, pixels, levels, grey):

@@ -13,8 +13,7 @@ def learn(true, views, camera=CAMERA, **how):
 
 # Single pictures are numbered alike by what is seen in the ring's plane.
 @pytest.mark.parametrize(
-    ("moved_m", "rolls"),
-    [((3e-3, 0, 0), 0.05), ((0, 0, 3e-3), 0.05), ((3e-3, 0, 0), None), ((0, -3e-3, 0), None)],
+    ("moved_m", "rolls"), [((3e-3, 0, 0), 0.05), ((0, 0, 3e-3), 0.05), ((3e-3, 0, 0), None), ((0, -3e-3, 0), None)]
 )
 def test_one_of_five_lights_that_is_off_its_place_is_learned_from_eight_exact_pictures(moved_m, rolls):
     true = Dock(0.30, 5, offsets_m=((0.0, 0.0, 0.0), moved_m, *[(0.0, 0.0, 0.0)] * 3))

@@ -68,9 +68,8 @@ def record_live(path, frames, count, told=None):
     return arrived, kept
 
 
-@pytest.mark.parametrize(("shape", "kind"), [((48, 64), np.uint8), ((47, 61), np.uint16), ((48, 64, 3), np.uint8)])
-def test_pictures_come_back_bit_by_bit_at_their_times(tmp_path, shape, kind):
-    told, taken = [], arrivals(shape=shape, kind=kind)
+def test_pictures_come_back_bit_by_bit_at_their_times(tmp_path):
+    told, taken = [], arrivals(shape=(47, 61), kind=np.uint16)
     kept = recorded(tmp_path / "tank.mkv", taken, told)
     found = read(tmp_path / "tank.mkv")
     assert [frame.time_s for frame in found] == TIMES_S

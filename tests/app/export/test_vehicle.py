@@ -111,16 +111,6 @@ def test_the_covariance_is_that_of_many_poses(vehicle):
     assert found[3, 3] == pytest.approx(math.pi**2 / 3, rel=0.35)  # of a full turn about the dock's axis
 
 
-def test_what_the_mount_may_be_off_by_hand():
-    """1 cm and 2 degrees, the camera 0.5 m ahead: a nose that is left of where it seems has the middle to the right."""
-    pose, turn_rad = with_errors(pose_of(0, 0, 2), np.zeros((6, 6))), math.radians(2)
-    at = Mount(position_m=(0.5, 0, 0), position_sigma_m=0.01, angle_sigma_deg=2)
-    found = vehicle_covariance(pose, Vehicle(T_body_camera=at))
-    wanted = np.diag([0.01**2, *[0.01**2 + (0.5 * turn_rad) ** 2] * 2, *[turn_rad**2] * 3])
-    wanted[[1, 5, 2, 4], [5, 1, 4, 2]] = np.array([-1, -1, 1, 1]) * 0.5 * turn_rad**2
-    np.testing.assert_allclose(found - vehicle_covariance(pose, ahead_by(0.5)), wanted, atol=1e-12)
-
-
 def test_what_a_tilted_mount_may_be_off_is_that_of_draws():
     rng, pose, sigma_m, sigma_deg = np.random.default_rng(5), pose_of(0.4, -0.2, 3, 15, -30), 0.01, 0.5
     sent = []

@@ -173,15 +173,15 @@ def test_notices_in_a_rush_are_one_text():
     assert together([str(number) for number in range(40)]) == "0 | 1 | 2 | 3 | 4 | (34 more) | 39"
 
 
-def test_a_notice_that_grows_is_shown_as_long_again():
+def test_a_notice_that_grows_is_shown_as_long_again_and_a_sentence_is_told_once():
     notices, notice = Notifications(), SimpleNamespace(auto_close_seconds=SHOWN_S, _show=lambda: None)
     client: Any = SimpleNamespace(client_id=1, add_notification=lambda *words, **props: notice)
     told_s = []
-    for sentence in "abc":
+    for sentence in "abcc":
         notices.show("Refused", sentence, "red", client)
         told_s.append(notice.auto_close_seconds)
     assert notice.body == "a | b | c"
-    assert told_s == sorted({*told_s})  # the browser begins anew only for another time
+    assert told_s[:3] == sorted({*told_s[:3]})  # the browser begins anew only for another time
     assert told_s[0] == SHOWN_S < told_s[-1] < SHOWN_S + 1
 
 
@@ -202,14 +202,6 @@ def test_a_refusal_goes_once_something_else_was_done_but_not_in_the_same_rush(mo
     now[0] = 20.0
     notices.withdraw()
     assert gone == [5.0]
-
-
-def test_the_same_sentence_is_told_once():
-    notices, notice = Notifications(), SimpleNamespace(_show=lambda: None)
-    client: Any = SimpleNamespace(client_id=1, add_notification=lambda *words, **props: notice)
-    for sentence in ("a", "b", "b"):
-        notices.show("No other picture", sentence, "yellow", client)
-    assert notice.body == "a | b"
 
 
 def test_scene_that_cannot_be_rendered_is_told_and_leaves_what_was_shown(app, monkeypatch):

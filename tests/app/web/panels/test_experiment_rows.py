@@ -23,12 +23,6 @@ from tests.support.rows import changed
 NASTY = 'a & b_c %x $y$ #1 {z} ~^\\ <script>alert("1")</script> | "q" *s* `c`\nθ ü 水'
 
 
-@pytest.mark.parametrize("typed", ["a metre", "1 2", "nan", "inf", "1,234.5"])
-def test_what_is_no_number_is_named(typed):
-    with pytest.raises(ValueError, match=r"Measured θy \(°\) is '.*'; it must be a number"):
-        log.values_of(log.BLANK | {"measured_theta_y_deg": typed})
-
-
 def test_boxes_show_what_a_row_has():
     texts = log.texts_of(changed(measured_z_cm=110.25, distance_cm=120.0, notes="n"))
     assert (texts["measured_x_cm"], texts["measured_z_cm"], texts["distance_cm"]) == ("", "110.25", "120")

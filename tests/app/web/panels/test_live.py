@@ -23,14 +23,20 @@ SMALL = CAMERA.for_size(320, 240)
 
 
 @pytest.fixture
-def app(tmp_path, monkeypatch):
-    """The page on a camera, which is asked for an exposure."""
+def opener(monkeypatch):
+    """What opens a camera that shows a dock a metre ahead."""
     picture = render(random_scene(4, camera=SMALL, position_m=(0.0, 0.0, 1.0)))[0]
     make = V4l2Camera.make([picture] * 5000, rates_hz=(50.0,), sizes=((320, 240), (640, 480)))
     monkeypatch.setattr(cv2, "VideoCapture", make)
+    return make
+
+
+@pytest.fixture
+def app(tmp_path, opener):
+    """The page on a camera, which is asked for an exposure."""
     options = Options(sessions=tmp_path / "sessions", capture=CaptureSettings(exposure=120, format="MJPG"))
     with App("0", SMALL, Dock(0.30, 10), port=0, options=options) as running:
-        running.camera = make.last  # pyright: ignore[reportAttributeAccessIssue]
+        running.camera = opener.last  # pyright: ignore[reportAttributeAccessIssue]
         yield running
 
 
@@ -123,9 +129,8 @@ def test_where_nothing_was_given_there_is_no_camera_to_ask(tmp_path):
 
 
 @pytest.mark.extra
-def test_what_goes_to_the_autopilot_is_switched_and_shown(tmp_path, monkeypatch):
-    picture = render(random_scene(4, camera=SMALL, position_m=(0.0, 0.0, 1.0)))[0]
-    monkeypatch.setattr(cv2, "VideoCapture", V4l2Camera.make([picture] * 5000, rates_hz=(50.0,), sizes=((320, 240),)))
+@pytest.mark.usefixtures("opener")
+def test_what_goes_to_the_autopilot_is_switched_and_shown(tmp_path):
     with receiving() as received:
         autopilot = Autopilot(received.address, is_on=False)
         options = Options(sessions=tmp_path / "sessions", autopilot=autopilot)
@@ -145,9 +150,8 @@ def test_what_goes_to_the_autopilot_is_switched_and_shown(tmp_path, monkeypatch)
 
 
 @pytest.mark.extra
-def test_nothing_is_sent_while_the_dock_is_assumed(tmp_path, monkeypatch):
-    picture = render(random_scene(4, camera=SMALL, position_m=(0.0, 0.0, 1.0)))[0]
-    monkeypatch.setattr(cv2, "VideoCapture", V4l2Camera.make([picture] * 5000, rates_hz=(50.0,), sizes=((320, 240),)))
+@pytest.mark.usefixtures("opener")
+def test_nothing_is_sent_while_the_dock_is_assumed(tmp_path):
     with receiving() as received:
         autopilot = Autopilot(received.address)
         options = Options(sessions=tmp_path / "sessions", autopilot=autopilot)

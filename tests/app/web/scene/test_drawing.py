@@ -2,19 +2,14 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_method
 from dockpose.app.state.view import MeasuredPose
 from dockpose.app.web.scene import drawing as drawn
-from dockpose.app.web.scene.viewpoints import viewpoint
 from dockpose.camera.port import FlatPort
-from dockpose.pose.known import KnownPose
 from dockpose.simulate import Pose, Scene, render
 from dockpose.simulate.optics.water import preset
-
-from tests.app.web.scene.test_surroundings import on_screen
 
 
 def test_image_plane_puts_the_corner_pixels_on_their_rays():
@@ -65,19 +60,6 @@ def test_no_rays_without_a_pose(view):
     assert drawn.rays_to_lights(empty).shape == (0, 2, 3)
 
 
-def seen(place, points, aspect):
-    """Whether each point is inside the picture of an eye whose up is -y."""
-    x, y = on_screen(place, points, aspect, 1.0).T
-    return (x > 0) & (x < aspect) & (y > 0) & (y < 1)
-
-
-@pytest.mark.parametrize("aspect", [0.3, 0.55, 1.0, 2.5])
-@pytest.mark.parametrize("depth", [0.2, 1.0, 15.0])
-def test_camera_and_docks_are_seen(aspect, depth):
-    corners = np.array([[x, y, z] for x in (-0.4, 0.3) for y in (-0.2, 0.5) for z in (0.0, depth)])
-    assert seen(viewpoint(corners, aspect), corners, aspect).all()
-
-
 def test_near_places_are_drawn_where_they_are_and_far_ones_nearer_in_their_order():
     """Half the dock's diameter is 0.1 m: to 0.15 m as it is, at 0.3 m at 0.15 (2 - 1/2), never beyond 0.3 m."""
     ranges = np.array([0.05, 0.15, 0.3, 0.6, 1e6])
@@ -113,11 +95,3 @@ def test_known_dock_far_behind_those_found_is_in_the_drawing_and_all_stand_befor
         assert drawn.drawing_of(one).docks[:, 2].min() > 0
     empty = analyse(with_method(view, "fixed", 255))
     assert drawn.drawing_of(empty).docks[:, 2].max() < 1
-
-
-def test_known_pose_faces_as_an_estimated_one_does(found):
-    pose = found.selected
-    told = pose.to_dict()
-    known = KnownPose(tuple(told["position_m"]), told["theta_x_deg"], told["theta_y_deg"])
-    np.testing.assert_allclose(known.position_m, pose.position_m)
-    np.testing.assert_allclose(-known.rotation[:, 2], pose.normal, atol=1e-9)

@@ -36,19 +36,24 @@ def seen(position_m, theta_x, theta_y, *, camera=CAMERA, noise_px=0.0, seed=0, c
     return points + rng.normal(0, 1, points.shape) * noise_px, rotation, angles
 
 
+def slopes(rotation, position, angles, axis, h=1e-6):
+    """How lights move in the picture by a step of the pose: along the camera's axes, or about the dock's."""
+
+    def project(step):
+        x, y, z = step[3:]
+        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        ring = DOCK.radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
+        return CAMERA.project(position + step[:3] + ring @ (rotation @ (np.eye(3) + cross)).T)
+
+    return (project(h * axis) - project(-h * axis)) / (2 * h)
+
+
 def test_the_covariance_is_that_of_numerical_derivatives():
     points, rotation, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5)
     position, radius = np.array([0.1, -0.05, 1.2]), DOCK.radius
     fit = refine(rotation[None], position[None], angles[None], radius, light_rays(points, CAMERA))
 
-    def project(step):
-        turn = step[3:]
-        cross = np.array([[0, -turn[2], turn[1]], [turn[2], 0, -turn[0]], [-turn[1], turn[0], 0]])
-        ring = radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
-        return CAMERA.project(position + step[:3] + ring @ (rotation @ (np.eye(3) + cross)).T).ravel()
-
-    h = 1e-6
-    J = np.column_stack([(project(h * axis) - project(-h * axis)) / (2 * h) for axis in np.eye(6)])
+    J = np.column_stack([slopes(rotation, position, angles, axis).ravel() for axis in np.eye(6)])
     expected = np.linalg.inv(J.T @ J)
     np.testing.assert_allclose(fit.covariances[0], expected, rtol=1e-3, atol=1e-4 * np.abs(expected).max())
 
@@ -148,16 +153,8 @@ def test_free_lights_leave_the_roll_open_and_the_other_errors_as_across_the_circ
     fit = refine(R[None], place[None], None, DOCK.radius, light_rays(points, CAMERA))
     assert (fit.numbers, fit.points) == (10, 10)
 
-    def project(step, roll):
-        x, y, z = step[3:]
-        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        ring = DOCK.radius * np.column_stack([np.cos(angles + roll), np.sin(angles + roll), 0 * angles])
-        return CAMERA.project(place + step[:3] + ring @ (R @ (np.eye(3) + cross)).T)
-
-    h, none = 1e-6, np.zeros(6)
-    along = project(none, h) - project(none, -h)
+    *steps, along = (slopes(R, place, angles, axis) for axis in np.eye(6))  # a turn about the dock's own axis is last
     across = np.column_stack([-along[:, 1], along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
-    steps = [(project(h * axis, 0) - project(-h * axis, 0)) / (2 * h) for axis in np.eye(6)[:5]]
     J = np.column_stack([(each * across).sum(axis=1) for each in steps])
     expected = np.linalg.inv(J.T @ J)
     np.testing.assert_allclose(fit.covariances[0, :5, :5], expected, rtol=1e-3, atol=1e-4 * np.abs(expected).max())

@@ -1,7 +1,6 @@
 import csv
 import hashlib
 import json
-import os
 import zipfile
 
 import cv2
@@ -121,14 +120,6 @@ def test_lines_that_were_cut_are_exported_as_far_as_they_are_whole_with_status_1
     assert export(lines, tmp_path / "t.csv") == status
     assert ("line 3, the last, is cut short" in capsys.readouterr().err) == bool(status)
     assert len((tmp_path / "t.csv").read_text().splitlines()) == 4 - status
-
-
-@pytest.mark.parametrize("name", ["pipe", "zero.png"])
-def test_a_pipe_or_device_is_refused_rather_than_read_without_end(tmp_path, refusal, name):
-    os.mkfifo(tmp_path / "pipe")
-    (tmp_path / "zero.png").symlink_to("/dev/zero")
-    told = refusal("export", str(tmp_path / name), "--out", str(tmp_path / "out.csv"), status=1)
-    assert "is not a regular file, but a pipe or a device" in told
 
 
 def test_what_cannot_be_exported_is_said(tmp_path, folder, refusal):

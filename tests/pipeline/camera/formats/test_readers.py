@@ -281,6 +281,7 @@ OF_FIVE = {
         | {"distCoeffs": {"rows": 1, "cols": 5, "data": FIVE}, "calobjectSize": {"width": 7.0, "height": 7.0}}
     ),
     "lengths beside the lens": OTHER | {"dist": FIVE, "min_dist": 30.5, "mapping": {"baseline_dist_thr_ratio": 0.02}},
+    "a lens called k": OTHER | {"k": FIVE},
     "a node's parameters": IMAGE
     | {"camera_matrix": {"data": K.ravel().tolist()}, "distortion_coefficients": {"data": FIVE}},
     "Anipose's TOML": (

@@ -163,16 +163,6 @@ def test_lost_packets_are_said(watched, monkeypatch):
         lost, left_out = lost + sum(int(one) for one, _ in numbers), left_out + sum(int(one) for _, one in numbers)
 
 
-def test_a_description_is_opened_as_an_address_is(watched, tmp_path):
-    port = free_port()
-    (tmp_path / "tank.sdp").write_text(f"v=0\nm=video {port} RTP/AVP 96\na=rtpmap:96 H265/90000\n")
-    stream = Watched(str(tmp_path / "tank.sdp"), port)
-    with contextlib.closing(stream):
-        for parts in sent("H265")[4:6]:
-            stream.send(parts)
-        assert stream.next() == 5
-
-
 @pytest.mark.parametrize("coding", CODECS)
 def test_a_recording_has_all_that_was_sent_from_the_first_key_on(tmp_path, coding):
     port = free_port()

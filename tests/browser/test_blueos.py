@@ -5,19 +5,18 @@ What is asked, and in which order, is that of BlueOS's core/services/helper/main
 
 import contextlib
 import http.client
-import http.server
 import json
 import re
 import shutil
 import socket
 import subprocess
-import threading
 import time
 
 import pytest
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
 
+from tests.support.answering import answering
 from tests.support.visitors import SUBPROTOCOL
 
 pytestmark = pytest.mark.skipif(shutil.which("nginx") is None, reason="needs nginx")
@@ -84,28 +83,10 @@ http {{
         process.wait(20)
 
 
-@contextlib.contextmanager
 def framing(address):
     """BlueOS's own page: one of another origin that shows an address in a frame."""
-
-    class Handler(http.server.BaseHTTPRequestHandler):
-        def do_GET(self):
-            body = f"<!doctype html><title>BlueOS</title><iframe src='{address}' style='width:1300px;height:740px'>"
-            self.send_response(200)
-            self.send_header("Content-Type", "text/html")
-            self.end_headers()
-            self.wfile.write(body.encode())
-
-        def log_message(self, format, *args):
-            """Nothing is printed."""
-
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    thread = threading.Thread(target=server.serve_forever)
-    thread.start()
-    yield f"http://127.0.0.1:{server.server_port}"
-    server.shutdown()
-    thread.join()
-    server.server_close()
+    page = f"<!doctype html><title>BlueOS</title><iframe src='{address}' style='width:1300px;height:740px'>"
+    return answering(lambda path: (200, {"Content-Type": "text/html"}, page.encode()))
 
 
 @pytest.fixture(scope="module")

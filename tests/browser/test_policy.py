@@ -1,9 +1,7 @@
-import http.server
-import threading
-
 import pytest
 
 from tests.browser.conftest import TABS
+from tests.support.answering import answering
 
 pytestmark = pytest.mark.browser
 DIRECTIVES = [
@@ -17,26 +15,12 @@ def elsewhere():
     """Another server on this machine, which notes what it is asked."""
     asked = []
 
-    class Handler(http.server.BaseHTTPRequestHandler):
-        def do_GET(self):
-            asked.append(self.path)
-            self.send_response(200)
-            self.send_header("Access-Control-Allow-Origin", "*")
-            self.end_headers()
+    def answer(path):
+        asked.append(path)
+        return 200, {"Access-Control-Allow-Origin": "*"}, b""
 
-        def do_POST(self):
-            self.do_GET()
-
-        def log_message(self, format, *args):
-            """Nothing is printed."""
-
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    thread = threading.Thread(target=server.serve_forever)
-    thread.start()
-    yield f"http://127.0.0.1:{server.server_port}", asked
-    server.shutdown()
-    thread.join()
-    server.server_close()
+    with answering(answer) as address:
+        yield address, asked
 
 
 def test_nothing_that_the_page_needs_is_refused(page):

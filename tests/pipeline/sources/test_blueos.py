@@ -1,13 +1,14 @@
 """A camera manager that answers as BlueOS's does: which of its streams is taken, and what is said where none is."""
 
-import http.server
 import json
 import socket
-import threading
+from urllib.parse import urlsplit
 
 import pytest
 from dockpose.sources import SourceError
 from dockpose.sources.blueos import stream_of
+
+from tests.support.answering import answering
 
 
 @pytest.fixture
@@ -15,25 +16,13 @@ def manager():
     """A camera manager, and what it says at /streams; bytes are said as they are, a number is a status."""
     says: list = [[]]
 
-    class Handler(http.server.BaseHTTPRequestHandler):
-        def do_GET(self):
-            answer = says[0]
-            body = answer if isinstance(answer, bytes) else json.dumps(answer).encode()
-            self.send_response(answer if isinstance(answer, int) else 200 if self.path == "/streams" else 404)
-            self.send_header("Content-Length", str(len(body)))
-            self.end_headers()
-            self.wfile.write(body)
+    def answer(path):
+        said = says[0]
+        body = said if isinstance(said, bytes) else json.dumps(said).encode()
+        return said if isinstance(said, int) else 200 if path == "/streams" else 404, {}, body
 
-        def log_message(self, format, *args):
-            """Nothing is printed."""
-
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    thread = threading.Thread(target=server.serve_forever)
-    thread.start()
-    yield server.server_port, says
-    server.shutdown()
-    thread.join()
-    server.server_close()
+    with answering(answer) as address:
+        yield urlsplit(address).port, says
 
 
 def stream(name, *endpoints, running=True):

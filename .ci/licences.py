@@ -12,7 +12,7 @@ Made by `make licences` from the packages that are installed. All allow use besi
 
 **FFmpeg**: the wheel of PyAV (`av`) contains FFmpeg with libx264 and libx265, which are under the GPL; who passes that
 wheel on must follow the GPL for it. To avoid it, build PyAV against an FFmpeg without them (`pip install --no-binary av
-av`); `--annotate NAME.avi` or `NAME.mkv` then still work, NAME.mp4 does not.
+av`); `--annotate NAME.mkv` then still works, NAME.mp4 does not.
 OpenCV's wheel contains an FFmpeg under the LGPL.
 
 | package | version | for | licence |

@@ -110,6 +110,6 @@ def test_columns_of_the_truth():
 
 def test_fields_of_a_comparison():
     moved = draw(1, duration_s=30.0, gaps=0)
-    results = Results(moved.results, "time_s", (), lambda row: (np.zeros((1, 1), np.uint8), None))
+    results = Results(moved.results, "time_s", (), [], lambda row: (np.zeros((1, 1), np.uint8), None))
     report = Compared("film.jsonl", "truth.txt", results, compare_trajectory(moved.results, moved.truth)).report
     assert set(first_columns(PAGE, "Against a trajectory")) == set(report)

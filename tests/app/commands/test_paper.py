@@ -70,18 +70,12 @@ def test_ranges_cells_and_sentences_of_a_budget():
     assert "no range at all at a tilt of 10°" in budget_sentences(CAMERA, DOCK, noise_px=20.0)[3]
 
 
-@pytest.fixture(scope="module")
-def alone(tmp_path_factory):
-    """The folder of a study by one process, with plots of few factors, each of which takes a second to draw."""
-    folder = tmp_path_factory.mktemp("study") / "alone"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("dockpose.study.summary.FACTORS", {name: FACTORS[name] for name in DRAWN})
-        assert main([*WORDS, "--jobs", "1", "--out", str(folder)]) == 0
-    return folder
-
-
 @pytest.mark.slow
-def test_the_table_has_a_row_for_each_scene_and_method_in_order_and_the_page_is_there(alone):
+def test_the_table_has_a_row_for_each_scene_and_method_in_order_and_the_page_is_there(tmp_path, monkeypatch):
+    """By one process, with plots of few factors, each of which takes a second to draw."""
+    alone = tmp_path / "alone"
+    monkeypatch.setattr("dockpose.study.summary.FACTORS", {name: FACTORS[name] for name in DRAWN})
+    assert main([*WORDS, "--jobs", "1", "--out", str(alone)]) == 0
     rows = list(csv.DictReader(io.StringIO((alone / "study.csv").read_text(encoding="utf-8"))))
     assert [(row["scene"], row["method"]) for row in rows] == [
         (str(scene), label) for scene in range(SCENES) for label in methods()

@@ -412,6 +412,13 @@ def test_colmap_with_one_focal_length(write, model, count):
     assert not any(camera.distortion[2:])
 
 
+def test_a_principal_point_that_metashape_leaves_out_is_the_middle(write):
+    camera = load_camera(
+        write("".join(line for line in AGISOFT.splitlines() if not line.startswith(("  <cx", "  <cy"))))
+    )
+    assert (camera.cx, camera.cy) == (WIDTH / 2 - 0.5, HEIGHT / 2 - 0.5)
+
+
 def test_one_of_several_cameras_is_named_and_else_the_first_taken_with_a_note(write):
     notes = []
     path = write(KALIBR)

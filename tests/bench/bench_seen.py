@@ -108,8 +108,8 @@ KINDS = {
     "noise-haze": Kind(scenes.hazy),
     "noise-dark": Kind(scenes.dark_haze, right=0.95),
     "noise-slope": Kind(scenes.on_a_slope),
-    "noise-discs": Kind(scenes.dim_discs),
-    "noise-broad": Kind(scenes.broad_discs),
+    "noise-discs": Kind(scenes.discs(4.0)),
+    "noise-broad": Kind(scenes.discs(15.0)),
     "faint-slope": Kind(scenes.faint_on_a_slope),
     "faint-haze": Kind(partial(scenes.hazy, above=(2, 3))),
     "faint-dark": Kind(partial(scenes.dark_haze, above=(2, 3.5))),
@@ -117,8 +117,6 @@ KINDS = {
     "copy": Kind(scenes.beside_a_copy, right=0.91, most_wrong=0.09, pictures=100),  # asked: 0.95 and 0.01
     "contrast": Kind(scenes.dark_enough_to_stretch, 0.95, most_wrong=0.05, look=look_at_both),
     "halos": Kind(scenes.in_glare, most_wrong=0.0),
-    "builder-spaced": Kind(scenes.spaced_by_eye, 0.85, asked_will_do=True, most_wrong=0.1),
-    "builder-placed": Kind(scenes.built_by_hand, asked_will_do=True),
     "learnt-3mm": Kind(scenes.learnt(0.003)),
     "learnt-5mm": Kind(scenes.learnt(0.005)),
     "mirror-below": Kind(others.mirrored((0, 1, 0.2), (0.7, 1.0))),
@@ -156,14 +154,14 @@ def run(job: tuple[str, int]) -> Result:
 
 
 def head() -> str:
-    return f"{'':18}" + "".join(f"{word:>9}" for word in (*WORDS, "of", "ms")) + "   missed"
+    return f"{'':18}" + "".join(f"{word:>10}" for word in (*WORDS, "of", "ms")) + "   missed"
 
 
 def row(name: str, results: Sequence[Result]) -> str:
     """A line of the table: how often each outcome, the median time, and what is missed."""
     counts = Counter(one.outcome for one in results)
     cells = [*(counts[word] for word in WORDS), len(results), round(float(np.median([one.ms for one in results])))]
-    return f"{name:18}" + "".join(f"{cell:9}" for cell in cells) + f"   {KINDS[name].misses(results)}"
+    return f"{name:18}" + "".join(f"{cell:10}" for cell in cells) + f"   {KINDS[name].misses(results)}"
 
 
 def ratios() -> dict[str, float]:

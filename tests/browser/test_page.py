@@ -81,13 +81,6 @@ def test_upload_is_seen_with_my_tank(page):
     page.until(lambda: "Dock found in plain" in page.status)
 
 
-def test_upload_above_the_cap_is_refused_before_it_is_taken(page, monkeypatch):
-    monkeypatch.setattr(page.app._uploads, "limit_bytes", 1000)
-    page.upload("huge.png", sample_path("tilted").read_bytes())
-    page.page.get_by_text("huge.png: the file has").wait_for()
-    assert page.app.view.source == "plain"
-
-
 def test_name_of_an_upload_is_text_not_markup(page):
     name = "<img id=injected src=x onerror=alert(1)>.png"
     page.upload(name, sample_path("plain").read_bytes())

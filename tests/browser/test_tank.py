@@ -14,7 +14,7 @@ from msgspec.structs import replace as changed
 from tests.browser.conftest import HANGS_S
 
 pytestmark = pytest.mark.browser
-OWN = Camera(649.0, 649.0, 319.5, 239.5, 640, 480)  # sees 92.7 cm where the sample's camera, of 700 px, sees 100
+OWN = Camera(649.0, 649.0, 319.5, 239.5, 640, 480)
 
 
 @pytest.fixture(scope="module")
@@ -61,31 +61,6 @@ def test_a_long_list_of_files_ends_within_a_low_window(page, resized):
     frame = files.bounding_box()
     page.page.keyboard.press("Escape")
     assert 0 <= frame["y"] <= 600 - frame["height"]
-
-
-def test_own_frame_reads_the_same_before_and_after_a_look_at_a_sample(tank):
-    expected = 100 * OWN.fx / 700  # the dock of "tilted" is 1 m ahead of a camera of 700 px
-    own_picture(tank)
-    tank.until(lambda: tank.z_cm == pytest.approx(expected, rel=0.01))
-    assert "fx 649.0 px at 640 × 480" in line(tank)
-    assert "In use here" not in line(tank)
-    tank.choose("Sample scene", "tilted")
-    tank.until(lambda: "In use here: camera and dock of the sample." in line(tank))
-    tank.until(lambda: tank.z_cm == pytest.approx(100, abs=0.3))
-    tank.box("fx (px)").fill("900")
-    tank.until(lambda: "changed by hand" in line(tank))
-    assert "fx 649.0 px" in line(tank)
-    own_picture(tank, "again.png")
-    tank.until(lambda: tank.z_cm == pytest.approx(expected, rel=0.01))
-    assert "In use here" not in line(tank)
-
-
-def test_picture_with_a_yaml_beside_it_says_so_and_one_click_brings_my_tank_back(tank):
-    # One of the first: the end of the list is below the window, and scrolls under the pointer.
-    tank.choose("File", "far.png")
-    tank.until(lambda: "In use here: camera and dock of far.yaml." in line(tank))
-    button(tank, "Use My tank for this picture").click()
-    tank.until(lambda: tank.app.view.camera == OWN and "In use here" not in line(tank))
 
 
 def test_tanks_are_saved_under_names_and_one_choice_brings_one_back(tank, folder):

@@ -55,14 +55,10 @@ def test_lights_strewn_at_random_form_no_ring():
     assert rings <= 3
 
 
-def test_fewer_than_five_points_are_no_ring():
-    points = ring(np.random.default_rng(4), 4, 0.0, 0.0)
-    assert handmade_rings(scene(points), np.arange(4), (4,)) == []
-
-
-def test_points_on_a_line_are_no_ring():
-    points = np.column_stack([np.arange(8) * 20.0, np.arange(8) * 10.0])
-    assert handmade_rings(scene(points), np.arange(8), (8,)) == []
+def test_fewer_than_five_points_and_points_on_a_line_are_no_ring():
+    line = np.column_stack([np.arange(8) * 20.0, np.arange(8) * 10.0])
+    for points in (ring(np.random.default_rng(4), 4, 0.0, 0.0), line):
+        assert handmade_rings(scene(points), np.arange(len(points)), (len(points),)) == []
 
 
 def test_of_24_lights_that_hands_placed_nearly_all_are_used_and_not_the_few_that_are_in_their_places():

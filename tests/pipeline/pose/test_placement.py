@@ -32,6 +32,7 @@ def test_the_roll_is_the_mean_of_what_points_are_off_and_each_may_be_off_by_a_qu
 def test_two_points_that_are_one_light_do_not_fit():
     assert place(np.array([[0, 0.02, STEP, 2 * STEP]]), EVEN).fits == [False]
     assert place(np.array([[0, 8 * STEP, STEP, 2 * STEP]]), EVEN).fits == [False]
+    assert place(np.radians([[0.0, 2.0, 40.0, 110.0, 200.0]]), KNOWN).fits == [False]
 
 
 def test_candidates_are_placed_each_by_itself():
@@ -76,7 +77,3 @@ def test_a_known_light_may_be_off_by_a_quarter_of_the_mean_spacing_beside_the_me
         assert placement.lights.tolist() == [[0, 1, 2, 3, 4]]
         assert placement.fits == [fits]
         assert placement.rolls_rad == pytest.approx([share * step / 5])
-
-
-def test_two_points_that_are_one_known_light_do_not_fit():
-    assert place(np.radians([[0.0, 2.0, 40.0, 110.0, 200.0]]), KNOWN).fits == [False]

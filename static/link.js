@@ -60,7 +60,8 @@ export function send(request) {
 export function sendTo(id, request) {
   const box = viserPage.boxOf(id);
   if (!box) return false;
-  viserPage.type(box, JSON.stringify({ number: newNumber(), ...request }));
+  const text = JSON.stringify({ number: newNumber(), ...request });
+  viserPage.type(box, text === box.value ? `${text} ` : text); // what is typed again as it is changes nothing
   return true;
 }
 

@@ -62,6 +62,21 @@ def test_clicks_faster_than_the_program_lose_no_light(hand):
     hand.until(lambda: told(hand) == 10 and squares(hand) == 10)
 
 
+def test_a_light_whose_message_is_lost_is_told_again(hand):
+    hand.page.evaluate(
+        """() => {
+          const post = Worker.prototype.postMessage;
+          Worker.prototype.postMessage = function (message, ...rest) {
+            const isLost = JSON.stringify(message?.message?.updates ?? "").includes("lights");
+            if (isLost) Worker.prototype.postMessage = post;
+            else post.call(this, message, ...rest);
+          };
+        }"""
+    )
+    click(hand, TRUTH_PX[0])
+    hand.until(lambda: told(hand) == 1 == squares(hand))
+
+
 def test_a_light_is_taken_away_moved_and_set_exactly(hand):
     for number, point in enumerate(TRUTH_PX[:5], 1):
         click(hand, point)

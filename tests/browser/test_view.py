@@ -51,15 +51,14 @@ def pixels(page):
 
 
 def on_screen(page, x, y):
-    """Where a pixel of the picture is in the window, by the canvas that shows it once no more frames come."""
-    page.until(lambda: page.page.locator(f"{STAGE}[data-flat]").count() == 0)
-    place = page.page.evaluate(
+    """Where a pixel of the picture is in the window, by the canvas that shows it while no frames follow each other."""
+    place = page.page.wait_for_function(
         """() => {
           const canvas = document.querySelector("dockpose-picture canvas");
           const { left, top, width, height } = canvas.getBoundingClientRect();
-          return [left, top, width / canvas.width, height / canvas.height];
+          return width > 0 && [left, top, width / canvas.width, height / canvas.height];
         }"""
-    )
+    ).json_value()
     left, top, across, down = place
     return left + (x + 0.5) * across, top + (y + 0.5) * down
 

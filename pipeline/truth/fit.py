@@ -58,7 +58,6 @@ def refined(frames: Frames, setup: Setup, free: np.ndarray, rounds: int = _ROUND
     compared = frames.against(setup)
     for _ in range(rounds):
         weights, slopes, off, spread = _weighed(compared)
-        step = np.zeros(SIZE)
         values, vectors = _directions(weights, slopes, free)
         toward = vectors.T @ (np.einsum("nia,ni,n->a", slopes, off, weights) * _OPEN * free)
         clear = values > spread * _LEAST**2

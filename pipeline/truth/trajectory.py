@@ -53,8 +53,6 @@ class DockTrack:
         The same with what all pictures share, which intervals rest on; None: as the others.
     other_positions_m, other_normals : (N, 3) float array or None, metres
         Of the candidate that was not chosen.
-    probabilities : (N,) float array or None
-        Probability of the chosen candidate.
     camera, dock : Camera, Dock or None
         Where they are known.
     """
@@ -66,7 +64,6 @@ class DockTrack:
     covariances_total: np.ndarray | None = None
     other_positions_m: np.ndarray | None = None
     other_normals: np.ndarray | None = None
-    probabilities: np.ndarray | None = None
     camera: Camera | None = None
     dock: Dock | None = None
 

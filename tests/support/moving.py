@@ -100,7 +100,7 @@ def draw(
     chosen, other = swapped(is_wrong_pose, chosen, other)
     elsewhere = random.uniform([-0.5, -0.4, 0.7], [0.5, 0.4, 4.0], (count, 3))
     chosen_m, other_m = (np.where(is_wrong_dock[:, None], elsewhere, one) for one in (chosen_m, other_m))
-    results = DockTrack(times, chosen_m, chosen, covariances, None, other_m, other, np.full(count, 0.9), CAMERA, DOCK)
+    results = DockTrack(times, chosen_m, chosen, covariances, None, other_m, other, CAMERA, DOCK)
 
     clock = np.arange(-5, duration_s + 5, 1 / truth_hz)
     own = (clock - 0.0) * (1 + 1e-6 * drift_ppm) + offset_s

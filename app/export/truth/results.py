@@ -34,7 +34,6 @@ class _Pose(msgspec.Struct):
 
     position_m: _Three
     normal: _Three
-    probability: _Number | None = None
     covariance_m_rad: Any = None
     covariance_total_m_rad: Any = None
 
@@ -82,11 +81,11 @@ def read_results(path: Path) -> Results:
     if not len(rows):
         raise FileError("; ".join([f"{path}: has no frames with a time", *notes]))
     values = np.stack([lines[row][2] for row in rows])
-    chosen, other, spread = values[:, :6], values[:, 6:12], values[:, 13:].reshape(-1, 2, 6, 6)
+    chosen, other, spread = values[:, :6], values[:, 6:12], values[:, 12:].reshape(-1, 2, 6, 6)
     own, total = (five_of(spread[:, one], chosen[:, 3:]) for one in (0, 1))
     own = np.where(np.isfinite(own), own, total)
     numbers = times_s[rows], chosen[:, :3], chosen[:, 3:], own, np.where(np.isfinite(total), total, own)
-    track = DockTrack(*numbers, other[:, :3], other[:, 3:], values[:, 12], first.camera, first.dock)
+    track = DockTrack(*numbers, other[:, :3], other[:, 3:], first.camera, first.dock)
     films = [places[row][1:] for row in rows]
     return Results(track, clock, tuple(notes), films, lambda row: _whole(path, places[rows[row]][0]))
 
@@ -96,16 +95,16 @@ def _or_nan(value: float | None) -> float:
 
 
 def _numbers(line: _Line) -> np.ndarray:
-    """Of the chosen candidate place and normal, of the other both, the probability, and two covariances (85,)."""
-    values = np.full(85, np.nan)
+    """Of the chosen candidate place and normal, of the other both, and two covariances (84,)."""
+    values = np.full(84, np.nan)
     if line.selected is None or not 0 <= line.selected < len(line.candidates):
         return values
     pose = line.candidates[line.selected]
-    values[:6], values[12] = (*pose.position_m, *pose.normal), _or_nan(pose.probability)
+    values[:6] = (*pose.position_m, *pose.normal)
     if len(line.candidates) == 2:
         other = line.candidates[1 - line.selected]
         values[6:12] = (*other.position_m, *other.normal)
-    for at, spread in ((13, pose.covariance_m_rad), (49, pose.covariance_total_m_rad)):
+    for at, spread in ((12, pose.covariance_m_rad), (48, pose.covariance_total_m_rad)):
         if spread is not None:
             values[at : at + 36] = np.asarray(spread, float).ravel()
     return values
@@ -163,7 +162,7 @@ def _of_table(path: Path) -> Iterator[tuple[None, _Line]]:
 
 _FIVE = ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg")
 _SIGMAS = ("chosen_sigma_", "chosen_sigma_total_")
-_READ = {f"{name}{column}" for name in ("a_", "b_", *_SIGMAS) for column in (*_FIVE, "probability")}
+_READ = {f"{name}{column}" for name in ("a_", "b_", *_SIGMAS) for column in _FIVE}
 _READ |= {"frame", "time_s", "time_unix_s"}
 
 
@@ -180,7 +179,7 @@ def _of_row(found: dict[str, float], name: str) -> _Pose:
         spread[:3, :3] = np.diag(values[:3] ** 2)
         spread[3:, 3:] = turns @ np.diag(np.radians(values[3:]) ** 2) @ turns.T
         spreads.append(spread)
-    return _Pose((x, y, z), tuple(-rotation[:, 2]), found.get(f"{name}_probability"), *spreads)
+    return _Pose((x, y, z), tuple(-rotation[:, 2]), *spreads)
 
 
 def _of_bag(path: Path) -> Iterator[tuple[int, _Line]]:

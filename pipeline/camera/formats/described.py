@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 from dockpose.camera.camera import Camera
-from dockpose.camera.formats.fields import LENS_WORDS, MODEL, Fields, plain
+from dockpose.camera.formats.fields import LENS_WORDS, MODEL, MOST_OFF, Fields, plain
 from dockpose.files import FileError
 from dockpose.text import shown
 
 _MOST_SKEW = 1e-3  # of fx
 _LEAST_FOCAL = 0.1  # of the width, which no lens falls short of
-_MOST_OFF = 0.25  # of half the picture, that a principal point is off its middle
 _ALIKE = 0.05
 # How many coefficients lens models have, by their names without capitals and signs.
 _PLAIN = ("", "pinhole", "perspective", "opencv", "frame", "rectilinear", "linear")
@@ -138,10 +137,10 @@ class Described:
         shares = (2 * camera.cx + 1) / camera.width, (2 * camera.cy + 1) / camera.height
         told = f"its principal point ({camera.cx:g}, {camera.cy:g}) is far from the middle of pictures of {size}, "
         twice = f"{round(2 * camera.cx + 1)} x {round(2 * camera.cy + 1)}"
-        if self.size is None and max(abs(each - 1) for each in shares) > _MOST_OFF:
+        if self.size is None and max(abs(each - 1) for each in shares) > MOST_OFF:
             text = f"does not say for which pictures it is, and {told}near that of {twice}; write image_width and "
             raise ValueError(f"{text}image_height into it, or say --camera-size WxH")
         is_alike = abs(shares[0] / shares[1] - 1) < _ALIKE if shares[1] else False
-        if is_alike and abs(shares[0] - 1) > _MOST_OFF:
+        if is_alike and abs(shares[0] - 1) > MOST_OFF:
             return f"{told}which it says, and near that of {twice}: check which it was calibrated with"
         return ""

@@ -41,7 +41,7 @@ _OF = "(?:image|img|im|frame|camera|cam|calib|calibration|picture|pic|video|raw|
 _SIZE = re.compile(rf"{_OF}(size|shape|res|resolution|dims?|dimensions?)(px|pixels)?|s\d\d")  # KITTI's S_00
 _WIDTH = re.compile(rf"{_OF}(width|w|cols|resx|sizex)(px|pixels)?|nx|w\d\d")
 _HEIGHT = re.compile(rf"{_OF}(height|h|rows|resy|sizey)(px|pixels)?|ny|h\d\d")
-_MOST_OFF = 0.25  # of half the picture, that a principal point is off its middle
+MOST_OFF = 0.25  # of half the picture, that a principal point is off its middle
 
 
 def plain(name: Any) -> str:
@@ -202,9 +202,9 @@ def _two(key: str, value: Any, middle: tuple[float, float]) -> tuple[Any, Any] |
         return None
     own, turned = (max(abs(2 * float(x) / w - 1) for x, w in zip(middle, each, strict=True))
                    for each in (numbers, numbers[::-1]))  # fmt: skip
-    if is_shape and numbers[0] != numbers[1] and (min(own, turned) > _MOST_OFF or abs(own - turned) < _MOST_OFF / 2):
+    if is_shape and numbers[0] != numbers[1] and (min(own, turned) > MOST_OFF or abs(own - turned) < MOST_OFF / 2):
         raise ValueError(f"its {key} {shown(value)} may be height x width or not; say image_width and image_height")
-    if turned < own and (is_shape or (own > _MOST_OFF and turned <= _MOST_OFF)):
+    if turned < own and (is_shape or (own > MOST_OFF and turned <= MOST_OFF)):
         numbers.reverse()
     return whole(numbers[0]), whole(numbers[1])
 

@@ -3,11 +3,10 @@
 import base64
 import contextlib
 import re
-from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import urlsplit
 
-from dockpose.sources.bags.storage import check_regular
+from dockpose.files import FileError, read_small
 from dockpose.sources.frames import SourceError
 from dockpose.sources.rtp.packets import is_multicast
 from dockpose.sources.rtp.pictures import CODINGS, Coding
@@ -39,12 +38,10 @@ def described(address: str) -> Described:
 
 
 def _in_file(path: str) -> Described:
-    check_regular(path)
     try:
-        with Path(path).open("rb") as file:
-            text = file.read(_LARGEST_BYTES).decode("utf-8", "replace")
-    except OSError as error:
-        raise SourceError(f"{path}: cannot be read ({error.strerror or error})") from error
+        text = read_small(path, _LARGEST_BYTES, is_cut=True).decode("utf-8", "replace")
+    except FileError as error:
+        raise SourceError(str(error)) from error
     video = re.search(r"^m=video[ \t]+(\d{1,5})\S*[ \t]+RTP/AVPF?[ \t]+(\d{1,3})\b(.*?)(?=^m=|\Z)", text, re.M | re.S)
     if video is None or not 0 < int(video[1]) < 2**16:
         raise SourceError(f"{path}: describes no video over RTP; a line m=video PORT RTP/AVP TYPE is missing")

@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from multiprocessing import get_context
 from multiprocessing.pool import Pool
 
 import numpy as np
@@ -144,11 +143,9 @@ REACHED = {
 NEARER_REACHED, HOLD_REACHED = 0.95, 0.92  # of those given p >= .95, and of 95 % intervals of both angles
 
 
-@pytest.fixture(scope="module")
-def pool():
-    with get_context("spawn").Pool(2) as pool:
-        print(f"\n{head()}")
-        yield pool
+@pytest.fixture(scope="module", autouse=True)
+def table():
+    print(f"\n{head()}")
 
 
 @pytest.mark.parametrize(("kind", "strays", "is_told"), REACHED)

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing import get_context
 from multiprocessing.pool import Pool
 
 import msgspec
@@ -210,13 +209,6 @@ REACHED = {
 FRAMES_REACHED = {FILMS[0]: 0.0, FILMS[1]: 0.01, FILMS[2]: 0.0}  # of all, sure of the wrong pose
 QUESTIONED_REACHED = 0.99  # of another camera's pictures, those whose message says so; of the right one's none
 NEARER_REACHED = 0.978  # of all given p >= .95
-
-
-@pytest.fixture(scope="module")
-def pool():
-    with get_context("spawn").Pool(2) as pool:
-        print()
-        yield pool
 
 
 @pytest.mark.parametrize("kind", REACHED)

@@ -17,15 +17,16 @@ from dockpose import Camera, Dock, Estimate, estimate
 from dockpose.camera.image import read
 from dockpose.lights.by_hand import EXACT_PX
 from dockpose.lights.ellipse import MIN_POINTS, fit_ellipse
-from dockpose.study.judge import nearest, signed_errors
+from dockpose.study.judge import HOLD_SIGMAS, nearest, signed_errors
 
 from tests.bench.floors import at_least
 from tests.bench.lamps import DIAMETER_M
 from tests.bench.seen_scenes import Shown, circle, dock_drawn, drawn, even
+from tests.support.judged import off_in_sigmas
 
 _CLICKED_PX, _AT_MARKS_PX = 1.5, 2.0  # scatter of x and of y
 _SAME = 0.02  # share of the marks' larger semi-axis
-_SCENES, _SEED, _INTERVAL = 120, 6900, 1.96
+_SCENES, _SEED = 120, 6900
 _MIDDLE = 0.6745  # of a normal distribution's absolute values, in its standard deviations
 _LED_FIELD_OF_VIEW = 1.1547  # of a photograph's width to the assumed focal length: 60 degrees across
 
@@ -55,8 +56,7 @@ def compared(seed: int) -> tuple[float, float, np.ndarray]:
     snapped = estimate(shown.image, shown.camera, shown.dock, lights_px=clicked, snap=True)
     exact_px = lamps_px + rng.normal(0, EXACT_PX, lamps_px.shape)
     pose = nearest(estimate(shown.image, shown.camera, shown.dock, lights_px=exact_px).candidates, normal)
-    sigmas = np.array([*(pose.sigma_position_m or ()), *np.degrees(pose.sigma_theta_rad or ())])
-    held = np.abs(signed_errors(pose, place, normal)) <= _INTERVAL * sigmas
+    held = off_in_sigmas(pose, place, normal) <= HOLD_SIGMAS
     return off(snapped), math.inf if by_search.status != "ok" else off(by_search), held
 
 

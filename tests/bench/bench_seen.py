@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -183,11 +182,9 @@ def ratios() -> dict[str, float]:
     }
 
 
-@pytest.fixture(scope="module")
-def pool():
-    with get_context("spawn").Pool(2) as pool:
-        print(f"\n{head()}")
-        yield pool
+@pytest.fixture(scope="module", autouse=True)
+def table():
+    print(f"\n{head()}")
 
 
 @pytest.mark.parametrize("kind", KINDS)

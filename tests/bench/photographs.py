@@ -173,8 +173,10 @@ def _of_leds(row: dict[str, Any], job: Job) -> tuple[str, bool | None]:
     return ("right" if enough else "few lights"), False
 
 
-def _angle_deg(normal: Sequence[float], other: Sequence[float]) -> float:
-    return math.degrees(math.acos(np.clip(np.dot(normal, other), -1, 1)))
+def _fit(row: dict[str, Any], truth: dict[str, Any], off: Sequence[float] | np.ndarray, most: float) -> list[bool]:
+    """Of each candidate, whether it is less than this off by its share, and its normal by less than 5 degrees."""
+    near = [np.dot(pose["normal"], truth["normal"]) > math.cos(math.radians(5)) for pose in row["candidates"]]
+    return [bool(share < most and is_near) for share, is_near in zip(off, near, strict=True)]
 
 
 def _of_tank(row: dict[str, Any], truth: dict[str, Any]) -> tuple[str, bool]:
@@ -183,12 +185,8 @@ def _of_tank(row: dict[str, Any], truth: dict[str, Any]) -> tuple[str, bool]:
         return ("false", True) if row["status"] == "ok" else ("refused", False)
     if row["status"] != "ok":
         return "refused", False
-    position = np.array(truth["position_m"])
-    fits = [
-        np.linalg.norm(pose["position_m"] - position) < 0.03 * np.linalg.norm(position)
-        and _angle_deg(pose["normal"], truth["normal"]) < 5
-        for pose in row["candidates"]
-    ]
+    away_m = [np.linalg.norm(np.subtract(pose["position_m"], truth["position_m"])) for pose in row["candidates"]]
+    fits = _fit(row, truth, np.array(away_m) / np.linalg.norm(truth["position_m"]), 0.03)
     if fits[row["selected"]]:
         return "right", False
     return ("twin" if any(fits) else "wrong"), True
@@ -224,10 +222,7 @@ def _of_challenge(row: dict[str, Any], truth: dict[str, Any]) -> tuple[str, bool
     lamps = _near(visible, _on_ring(row), max(4.0, 0.2 * truth["spacing_px"])).sum()
     distance = np.linalg.norm(truth["position_m"])
     off = [abs(np.linalg.norm(pose["position_m"]) / distance - 1) for pose in row["candidates"]]
-    fits = [
-        share < 0.05 and _angle_deg(pose["normal"], truth["normal"]) < 5
-        for share, pose in zip(off, row["candidates"], strict=True)
-    ]
+    fits = _fit(row, truth, off, 0.05)
     if fits[row["selected"]]:
         return "right", False
     if lamps < 0.75 * len(_on_ring(row)) or off[row["selected"]] > 0.10:

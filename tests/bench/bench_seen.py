@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from dockpose import Dock, Tracker, estimate
+from dockpose import Dock, estimate
 
 from tests.bench import seen_others as others
 from tests.bench import seen_scenes as scenes
@@ -32,7 +32,6 @@ class Result:
     # dock "wrong" or "sure"
     outcome: str
     ms: float
-    message: str
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ class Kind:
     most_wrong: float = 0.01
     most_sure: float = 0.0  # of it and wrong
     pictures: int = 20
-    look: Callable[[Kind, Shown, np.random.Generator], Result] | None = None
+    look: Callable[[Shown], Result] | None = None
 
     def misses(self, results: Sequence[Result]) -> str:
         """Say what is missed; "" where nothing is."""
@@ -59,15 +58,15 @@ class Kind:
         return "; ".join(told)
 
 
-def look_once(_kind: Kind, shown: Shown, _rng: np.random.Generator) -> Result:
+def look_once(shown: Shown) -> Result:
     found = estimate(shown.image, shown.camera, shown.dock)
     outcome = judged(found, *shown.truth).outcome
     if outcome == "refused" and _ASKED.search(found.message):
         outcome = "asked"
-    return Result(outcome, found.elapsed_ms, found.message)
+    return Result(outcome, found.elapsed_ms)
 
 
-def look_at_both(_kind: Kind, shown: Shown, _rng: np.random.Generator) -> Result:
+def look_at_both(shown: Shown) -> Result:
     """Right where the picture at three times its levels has the same lights, to half a pixel."""
     found = estimate(shown.image, shown.camera, shown.dock)
     bright = estimate(3 * shown.image, shown.camera, shown.dock)
@@ -80,27 +79,7 @@ def look_at_both(_kind: Kind, shown: Shown, _rng: np.random.Generator) -> Result
         apart = np.linalg.norm(lights[0][:, None] - lights[1], axis=2).min(axis=1)
         same = bool(apart.max() < 0.5)
     outcome = "wrong" if not same else "right" if found.status == "ok" else "refused"
-    return Result(outcome, found.elapsed_ms, f"{len(lights[0])} and {len(lights[1])} lights: {bright.message}")
-
-
-def follow(_kind: Kind, _shown: Shown, rng: np.random.Generator) -> Result:
-    """Right where the track stays with a dock that is wholly in view all the time, while another comes beside it."""
-    frames = others.second_dock_comes(rng)
-    tracker, near, slowest = None, [], 0.0
-    for number, (first, second_m) in enumerate(frames):
-        assert first.position_m is not None
-        tracker = tracker or Tracker(first.camera, first.dock)
-        tracked = tracker.see(first.image, 0.1 * number)
-        slowest = max(slowest, tracked.estimate.elapsed_ms)
-        if number < 4:
-            continue
-        if tracked.pose is None:
-            near.append("refused")
-            continue
-        away = [float(np.linalg.norm(tracked.pose.position_m - place)) for place in (first.position_m, second_m)]
-        near.append("right" if away[0] < min(away[1], 0.1 * np.linalg.norm(first.position_m)) else "wrong")
-    outcome = next((word for word in ("wrong", "refused") if word in near), "right")
-    return Result(outcome, slowest, f"on the first in {near.count('right')} of {len(near)} frames")
+    return Result(outcome, found.elapsed_ms)
 
 
 KINDS = {
@@ -132,7 +111,6 @@ KINDS = {
     "strings-unknown": Kind(others.string_of_lamps(False), 0.0, most_wrong=0.1, most_sure=0.05, pictures=40),
     "specks": Kind(others.specks, right=0.0, most_wrong=0.05, pictures=60),
     "arcs": Kind(others.short_arc, right=0.0, pictures=40),
-    "second-dock": Kind(others.nothing, look=follow, right=1.0, most_wrong=0.0),
 }
 # Pictures of many lamps, and how many times a good picture's time they take: 5 was asked when that took 5 ms.
 MOST_GOOD_ONES = 60.0
@@ -147,9 +125,8 @@ SLOW = {
 def run(job: tuple[str, int]) -> Result:
     """Draw one picture of a kind and look at it."""
     name, seed = job
-    kind, rng = KINDS[name], np.random.default_rng([seed, *name.encode()])
-    shown = kind.draw(rng)
-    return (kind.look or look_once)(kind, shown, rng)
+    kind = KINDS[name]
+    return (kind.look or look_once)(kind.draw(np.random.default_rng([seed, *name.encode()])))
 
 
 def head() -> str:

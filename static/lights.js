@@ -1,7 +1,7 @@
 // Lights that somebody sets by hand in the picture: a click adds one where the program sees a bright spot, a click on one
 // takes it away, a drag or the arrow keys move it. All are told at once, so that what is clicked fast is never lost.
 "use strict";
-import { follow, make, makeSvg, newNumber, send } from "./link.js";
+import { make, makeSvg, newNumber, send } from "./link.js";
 
 const CLICK_PX = 4; // a press that moves less is a click
 const TOUCH_PX = 14; // how near on the screen a light is touched, at least
@@ -13,9 +13,8 @@ const [LOUPE_PX, LOUPE_SIDE] = [17, 136]; // of the picture, and of the screen
 export class Hand {
   constructor(view) {
     this.view = view;
-    [this.lights, this.pending, this.chosen, this.held, this.spot] = [null, null, null, null, null];
+    [this.lights, this.pending, this.chosen, this.held, this.spot, this.aim] = [null, null, null, null, null, null];
     this.loupe = make("canvas", { class: "loupe", width: LOUPE_SIDE, height: LOUPE_SIDE, "aria-hidden": "true", hidden: "" });
-    follow("spot", (spot) => this.takeSpot(spot));
   }
 
   begin() {

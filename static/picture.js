@@ -34,12 +34,12 @@ class Picture extends HTMLElement {
     this.resizes = new ResizeObserver(() => this.resize());
     this.resizes.observe(this.stage);
     if (localStorage.getItem(HIDDEN) !== null) this.tellLayers();
-    this.end = follow("frame", (frame) => this.take(frame));
+    this.ends = [follow("frame", (frame) => this.take(frame)), follow("spot", (spot) => this.hand.takeSpot(spot))];
   }
 
   disconnectedCallback() {
     this.resizes.disconnect();
-    this.end();
+    for (const end of this.ends) end();
   }
 
   build() {

@@ -62,6 +62,22 @@ def test_clicks_faster_than_the_program_lose_no_light(hand):
     hand.until(lambda: told(hand) == 10 and squares(hand) == 10)
 
 
+def test_a_picture_that_is_built_after_a_spot_was_told_is_whole(hand):
+    hand.page.mouse.move(*on_screen(hand, *TRUTH_PX[3]))
+    hand.until(lambda: hand.page.locator("dockpose-picture .draft .spot").count() == 1)
+    built = hand.page.evaluate(
+        """() => {
+          const [old, fresh] = [document.querySelector("dockpose-picture"), document.createElement("dockpose-picture")];
+          fresh.setAttribute("channel", old.getAttribute("channel"));
+          old.replaceWith(fresh);
+          const built = fresh.querySelectorAll("[data-do]").length;
+          fresh.replaceWith(old);
+          return built;
+        }"""
+    )
+    assert built == hand.page.locator("dockpose-picture [data-do]").count()
+
+
 def test_a_light_whose_message_is_lost_is_told_again(hand):
     hand.page.evaluate(
         """() => {

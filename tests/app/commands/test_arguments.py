@@ -129,11 +129,9 @@ def test_a_camera_file_without_a_size_is_for_the_first_picture_or_the_size_that_
     path.write_text('{"mtx": [[70, 0, 32], [0, 70, 24], [0, 0, 1]], "dist": [0, 0, 0, 0, 0]}')
     given = {"camera": str(path), "sources": [str(tmp_path / "a.png")]}
     camera = camera_of(argparse.Namespace(**given))
-    assert camera is not None
     assert (camera.width, camera.height) == (64, 48)
     assert "it is taken for these, 64 x 48" in capsys.readouterr().err
     camera = camera_of(argparse.Namespace(**given, camera_size="72x54"))
-    assert camera is not None
     assert camera.width == 72
     assert capsys.readouterr().err == ""
     for more in ({"sources": ["0"]}, {"camera_size": "wide"}, {"camera_size": "128x96"}):

@@ -93,7 +93,6 @@ def test_the_port_is_found_from_pictures_under_water(tmp_path, capfd, refusal):
     words = ["calibrate", str(tmp_path), "--board", "10x7", "--square", "0.024", "--camera", str(tmp_path / "air.yaml")]
     assert main([*words, "--in", "water", "--out", str(tmp_path / "water.yaml")]) == 0
     port = load_camera(tmp_path / "water.yaml").port
-    assert port is not None
     assert port.air_gap_m == pytest.approx(0.03, abs=0.005)
     text = capfd.readouterr().out
     assert "mm (one sigma, from the camera's centre of projection to the window); 4 boards" in text

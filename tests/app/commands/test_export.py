@@ -109,7 +109,6 @@ def test_a_sequence_becomes_a_zip(lines, tmp_path):
     assert "seen 99.0 %" in report
     table = csv.DictReader(archive.read("results.csv").decode().splitlines())
     assert [row["frame"] for row in table] == ["0", "1", "2"]
-    assert table.fieldnames is not None
     assert table.fieldnames[-1] == "message"
 
 

@@ -1,6 +1,3 @@
-# A None where a value is expected fails the test, which is what it should do.
-# pyright: reportOptionalMemberAccess=false, reportOptionalSubscript=false
-
 import csv
 
 import cv2

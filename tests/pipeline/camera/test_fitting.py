@@ -84,10 +84,8 @@ def test_the_air_gap_is_found_within_its_error(gap_m):
     true = replace(TRUE, port=FlatPort(gap_m, 0.010))
     found = fit_port(sightings(true, 0, count=6), TRUE)
     port, sigma = found.camera.port, found.sigmas.values["air_gap_m"]
-    assert port is not None
     assert abs(port.air_gap_m - gap_m) < 3 * sigma
     assert sigma < 1e-3
-    assert found.camera.sigma is not None
     assert found.camera.sigma.air_gap_m == pytest.approx(sigma)  # which goes into its file
     # With 0.1 px on each of two coordinates.
     assert found.errors_px.mean() == pytest.approx(0.14, abs=0.02)
@@ -98,7 +96,6 @@ def test_glass_cannot_be_told_from_the_gap_and_is_left_as_given():
     true = replace(TRUE, port=FlatPort(0.03, 0.010))
     found = fit_port(sightings(true, 1, count=6), replace(TRUE, port=FlatPort(0.02, 0.004)))
     assert "glass_m" not in found.sigmas.values
-    assert found.camera.port is not None
     assert found.camera.port.glass_m == 0.004
     # On the axis glass acts as a gap of the opposite sign, (1 - n_w / n_g) / (n_w - 1) of its thickness: 0.36.
     assert 0 < found.gap_per_glass < 0.36

@@ -1,5 +1,4 @@
-# A None where a value is expected fails the test, which is what it should do.
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+# pyright: reportArgumentType=false
 
 import math
 
@@ -264,7 +263,6 @@ def test_a_group_is_followed_over_more_than_its_stride_if_step_by_step():
     for frame in range(10):
         motion = paths.see(places + [12.0 * frame, -5.0 * frame])
     np.testing.assert_allclose(paths.ends_px(), places + [108.0, -45.0])
-    assert motion is not None
     assert motion.turn == pytest.approx(1.0)
     assert motion.shift == pytest.approx(complex(96, -40))  # over eight frames
 
@@ -272,3 +270,8 @@ def test_a_group_is_followed_over_more_than_its_stride_if_step_by_step():
 def test_masks_as_far_apart_as_they_are_high_are_one_and_farther_apart_two():
     assert _union((0, 0, 10, 10), (20, 0, 10, 10)) == (0, 0, 30, 10)
     assert _union((0, 0, 10, 10), (21, 0, 11, 10)) is None
+
+
+def test_masks_are_one_where_the_rectangle_around_them_is_not_much_larger():
+    assert _union((0, 0, 40, 10), (45, 0, 10, 10)) == (0, 0, 55, 10)
+    assert _union((0, 0, 40, 10), (40, 0, 10, 40)) is None

@@ -104,7 +104,6 @@ def test_groups_between_the_lights_places_are_left_out_of_an_evenly_spaced_ring_
     is_light = np.arange(10) < 9
     ring = Ring(np.ones(10, dtype=bool), "All.")
     part = evenly_spaced_part(ring, markers, choice, CAMERA, DOCK)
-    assert part is not None
     assert part.on_ring.tolist() == is_light.tolist()
     assert part.reason == "All. 1 of them lie between places."
     assert part.ellipse is None

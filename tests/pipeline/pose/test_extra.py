@@ -1,7 +1,4 @@
-# A None where a value is expected fails the test, which is what it should do.
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false, reportCallIssue=false
-# pyright: reportOptionalSubscript=false, reportOptionalIterable=false, reportOptionalOperand=false
-# pyright: reportOperatorIssue=false
+# pyright: reportArgumentType=false, reportCallIssue=false, reportOperatorIssue=false
 
 import math
 from dataclasses import replace

@@ -1,6 +1,4 @@
-# A None where a value is expected fails the test, which is what it should do.
-# pyright: reportOptionalIterable=false, reportOptionalMemberAccess=false, reportArgumentType=false
-# pyright: reportOptionalSubscript=false, reportOperatorIssue=false, reportOptionalOperand=false
+# pyright: reportArgumentType=false, reportOperatorIssue=false
 
 import math
 

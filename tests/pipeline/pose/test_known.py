@@ -26,7 +26,6 @@ def pose(position_m, theta_x_deg, theta_y_deg):
 )
 def test_the_error_of_a_pose(found, distance_cm, angle_deg, agrees):
     error = pose_error(found, KNOWN)
-    assert error is not None
     assert 100 * error.distance_m == pytest.approx(distance_cm, abs=1e-9)
     assert math.degrees(error.angle_rad) == pytest.approx(angle_deg, abs=1e-6)
     assert error.agrees is agrees

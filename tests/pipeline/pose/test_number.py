@@ -61,7 +61,6 @@ def test_probabilities_of_numbers_are_summed_by_what_their_squares_and_missing_l
     # Of eight lights both numbers fit as well, but for one light that nobody sees: 15 in 100.
     of_number = {8: choice_by(1, 0.9, (0.1, 0.3)), 9: choice_by(-1, 0.8, (0.1, 0.3))}
     chosen = choose_with_number(lambda dock: of_number.get(dock.lights or 0), 8, CAMERA, Dock(0.30))
-    assert chosen is not None
     assert chosen.number == 8
     assert chosen.candidates[0].probability == pytest.approx((0.9 + 0.15 * 0.2) / 1.15)
     assert chosen.candidates[0].normal[0] > 0

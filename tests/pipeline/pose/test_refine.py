@@ -1,6 +1,4 @@
-# A None where a value is expected fails the test, which is what it should do.
-# pyright: reportOptionalOperand=false, reportOperatorIssue=false, reportCallIssue=false, reportArgumentType=false
-# pyright: reportOptionalIterable=false, reportOptionalSubscript=false
+# pyright: reportOperatorIssue=false, reportCallIssue=false, reportArgumentType=false
 
 import math
 
@@ -22,9 +20,7 @@ BENT = Camera(700, 690, 310, 250, 640, 480, (-0.30, 0.10, 0.001, -0.002, 0.01))
 
 
 def candidates_of(*arguments):
-    choice = choose_by_spacing(*arguments)
-    assert choice is not None
-    return choice.candidates
+    return choose_by_spacing(*arguments).candidates
 
 
 def seen(position_m, theta_x, theta_y, *, camera=CAMERA, noise_px=0.0, seed=0, count=10):

@@ -1,6 +1,4 @@
-# A None where a value is expected fails the test, which is what it should do.
-# pyright: reportOptionalOperand=false, reportOperatorIssue=false, reportCallIssue=false, reportArgumentType=false
-# pyright: reportOptionalIterable=false
+# pyright: reportOperatorIssue=false, reportCallIssue=false, reportArgumentType=false
 
 import math
 

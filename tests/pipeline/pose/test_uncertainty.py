@@ -44,8 +44,6 @@ def test_what_the_residuals_show_of_the_lights_is_not_counted_again():
     exact = Camera(700, 700, 319.5, 239.5, 640, 480, sigma=EXACT)
     pose = pose_by(exact, dock, seen(exact, built, (0, 0, 1.0)))
     alone = pose_by(exact, dock, seen(exact, dock, (0, 0, 1.0)))
-    assert alone.sigma_total_position_m is not None
-    assert pose.sigma_total_position_m is not None
     # As large as where the lights happen to be in place, for it is the same dock; the scatter of 12 residuals in it.
     assert pose.sigma_total_position_m[2] == pytest.approx(alone.sigma_total_position_m[2], rel=0.5)
 
@@ -100,7 +98,6 @@ def test_shared_errors_are_how_a_wrong_number_moves_the_pose(camera: Camera, lig
         deeper, less_deep = (measured(points, lamp_depth_m=0.01 + side * share * 0.003) for side in (1, -1))
         by_lights.append(change(deeper, less_deep))
     pose = measured(points)
-    assert pose.errors is not None
     assert isinstance(pose.errors.shared, SharedErrors)
     roots = pose.errors.shared.roots(pose.errors.rotation, 0.0)
     for name, variances in (
@@ -132,7 +129,6 @@ def test_intervals_hold_where_camera_diameter_and_lights_are_off_by_their_sigmas
         dock = msgspec.structs.replace(told, lights=lights)
         normal = -rotation_from_angles(*np.radians(pitch_yaw))[:, 2]
         pose = nearest(find_poses(points, camera, dock)[1].candidates, normal)
-        assert pose.sigma_total_position_m is not None
         assert pose.sigma_total_theta_rad is not None
         sigmas = [*pose.sigma_total_position_m, *np.degrees(pose.sigma_total_theta_rad)]
         ratios.append(np.array(signed_errors(pose, position, normal)) / sigmas)

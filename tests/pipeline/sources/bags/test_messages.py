@@ -118,7 +118,6 @@ WHOLE = Camera(700, 710, 319.5, 239.5, 640, 480)
 def test_what_pictures_show_is_told_by_their_size(roi, binning, size, corner, by, words):
     """A pixel of a binned picture covers two by two: the middle of its first one lies at 0.5."""
     camera, told = camera_of(bags.camera_info(K, (640, 480), roi=roi, binning=binning), size)
-    assert camera is not None
     assert (camera.width, camera.height) == size
     point = [[0.1, -0.05, 1.5]]
     expected = (WHOLE.project(point) - corner + 0.5) / by - 0.5

@@ -242,7 +242,6 @@ def test_sigterm_ends_the_reading_of_a_database(tmp_path):
     )
     with subprocess.Popen([sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE, text=True) as program:
         try:
-            assert program.stdout is not None
             assert program.stdout.readline() == "at work\n"
             program.send_signal(signal.SIGTERM)
             assert program.communicate(timeout=60)[0] == "ended\n"

@@ -51,7 +51,6 @@ class Result:
     wrong: bool | None  # None where nobody marked what is right
     status: str
     message: str
-    range_m: float | None
     probability: float | None
     detection: float | None
     ms: float
@@ -126,7 +125,6 @@ def run(job: Job) -> Result:
         wrong=wrong,
         status=row["status"],
         message=row["message"],
-        range_m=None if chosen is None else float(np.linalg.norm(chosen["position_m"])),
         probability=None if chosen is None else chosen["probability"],
         detection=row["detection"],
         ms=row["elapsed_ms"],

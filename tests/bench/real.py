@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -90,8 +88,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--only", action="append", choices=(*SETS, FILMS), help="this set alone; may be given several times"
     )
     parser.add_argument("--quick", action="store_true", help="the part that takes a minute")
-    parser.add_argument("--json", type=Path, metavar="OUT", help="write what came of each picture")
-    parser.add_argument("--compare", type=Path, metavar="OLD.json", help="tell which pictures came out otherwise")
     options = parser.parse_args(arguments)
     if not options.data.is_dir():
         print(f"{options.data} is not there: no real pictures were scored.")
@@ -106,10 +102,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         of_films = films.report(options.data, pool) if FILMS in only and not options.quick else {}
     figures = of_films | report(results)
     print(f"\n{len(results)} estimates in {(time.monotonic() - start_s) / 60:.1f} minutes")
-    if options.compare is not None:
-        compare(results, json.loads(options.compare.read_text("utf-8")))
-    if options.json is not None:
-        options.json.write_text(json.dumps([asdict(one) for one in results], indent=1) + "\n", "utf-8")
     missed("Goals", figures, GOALS)
     return 1 if missed("Reached before", figures, REACHED) else 0
 
@@ -140,24 +132,6 @@ def missed(title: str, figures: Figures, floors: Figures) -> int:
     for name in lost:
         print(f"  missed: {name}: asked {asked[name]:g}, is {figures[name]:.3g}")
     return len(lost)
-
-
-def compare(results: Sequence[Result], old: Sequence[dict]) -> None:
-    """Tell of which pictures another thing came than before."""
-
-    def key(one: dict) -> tuple:
-        return one["set"], one["kind"], one["name"], one["told"]
-
-    before = {key(one): one for one in old}
-    changed = 0
-    print("\nOtherwise than before:")
-    for one in map(asdict, results):
-        was = before.get(key(one))
-        if was is not None and was["outcome"] != one["outcome"]:
-            changed += 1
-            told = "unknown" if one["told"] is None else one["told"]
-            print(f"  {one['set']} {one['name']} (N {told}): {was['outcome']} -> {one['outcome']} | {one['message']}")
-    print(f"  {changed} of {len(results)}")
 
 
 def _table(title: str, groups: Mapping[str, Sequence[Result]]) -> None:

@@ -30,6 +30,12 @@ def visitors(app):
         yield one, other
 
 
+@pytest.fixture(autouse=True)
+def told_at_once(monkeypatch):
+    """Each line of the log is written, also where another one was in the same second."""
+    monkeypatch.setattr(journal, "_EVERY_S", 0.0)
+
+
 def follow(one, other):
     """Set a number in one browser, which comes after all that it sent before, and return it once the other has it."""
     new = 20 + 5 * (one.values[one.ids[LABEL]] == 20)
@@ -98,9 +104,8 @@ def test_a_mark_for_a_form_that_is_none_is_not_kept_for_those_who_come(app, visi
 
 
 @pytest.mark.parametrize("raw", [b"", b"\xc1", "text", b"\x91" * 70_000, b"\x80", b"\x81\xa4type\xa1x"])
-def test_what_is_no_message_closes_its_sender_alone_with_a_line(app, visitors, caplog, monkeypatch, raw):
+def test_what_is_no_message_closes_its_sender_alone_with_a_line(app, visitors, caplog, raw):
     one, other = visitors
-    monkeypatch.setattr(journal, "_EVERY_S", 0.0)
     with Visitor(app.address) as sender, caplog.at_level(logging.WARNING):
         assert sender.is_replayed.wait(60)
         sender.send_raw(raw)
@@ -115,7 +120,6 @@ def test_what_is_no_message_closes_its_sender_alone_with_a_line(app, visitors, c
 @pytest.mark.parametrize("uuid", [["a"], {"a": 1}, 3, None])
 def test_what_fails_in_a_callback_is_one_line_a_second(visitors, caplog, monkeypatch, uuid):
     one, other = visitors
-    monkeypatch.setattr(journal, "_EVERY_S", 0.0)
     with caplog.at_level(logging.WARNING):
         one.send_raw(msgspec.msgpack.encode({"type": "CommandTriggerMessage", "uuid": uuid}))
         follow(one, other)
@@ -137,9 +141,8 @@ def test_what_cannot_be_sent_is_told_to_whoever_queues_it(app, visitors):
 
 
 @pytest.mark.parametrize("raw", [b"\x89\x80\0\0\0\0", b"\0\x80\0\0\0\0"])
-def test_who_sends_frames_without_an_end_is_cut_off_and_the_others_are_not(app, visitors, caplog, monkeypatch, raw):
+def test_who_sends_frames_without_an_end_is_cut_off_and_the_others_are_not(app, visitors, caplog, raw):
     """Pings, to which answers pile up where nobody reads them; fragments of nothing, which make no message."""
-    monkeypatch.setattr(journal, "_EVERY_S", 0.0)
     with contextlib.ExitStack() as stack:
         one = opened(app, stack)
         one.sendall(b"\x02\x80\0\0\0\0")
@@ -151,7 +154,8 @@ def test_who_sends_frames_without_an_end_is_cut_off_and_the_others_are_not(app, 
     until(lambda: [text for text in caplog.messages if "cut off: it sends more than 400 frames a second" in text])
 
 
-def test_a_journal_counts_what_it_leaves_out(caplog):
+def test_a_journal_counts_what_it_leaves_out(caplog, monkeypatch):
+    monkeypatch.setattr(journal, "_EVERY_S", 1.0)
     told = Journal()
     with caplog.at_level(logging.INFO):
         for number in range(5):
@@ -169,11 +173,10 @@ def test_a_journal_counts_what_it_leaves_out(caplog):
 @pytest.mark.parametrize(
     ("raw", "words"), [(b"\xf2\x80\0\0\0\0", "reserved"), (b"\x82\xff\0\0\1\0\0\0\0\0", "exceeds limit")]
 )
-def test_a_frame_that_is_none_closes_its_sender_with_a_line(app, visitors, caplog, monkeypatch, raw, words):
+def test_a_frame_that_is_none_closes_its_sender_with_a_line(app, visitors, caplog, raw, words):
     def lines():
         return [line for line in caplog.messages if line.startswith("127.0.0.1: cut off: ")]
 
-    monkeypatch.setattr(journal, "_EVERY_S", 0.0)
     with Visitor(app.address) as visitor, caplog.at_level(logging.WARNING):
         assert visitor.is_replayed.wait(60)
         visitor.socket.socket.sendall(raw)
@@ -260,8 +263,7 @@ def test_hundreds_that_ask_nothing_leave_room_for_others(page, said):
     until(lambda: open_sockets() <= before + 5)
 
 
-def test_frames_that_inflate_are_refused_told_and_let_go_of_where_nobody_reads(page, monkeypatch, caplog):
-    monkeypatch.setattr(journal, "_EVERY_S", 0.0)  # the tests before have had their lines in this second
+def test_frames_that_inflate_are_refused_told_and_let_go_of_where_nobody_reads(page, caplog):
     before = open_sockets()
     asks = opening(page, "Sec-WebSocket-Extensions: permessage-deflate")
     with contextlib.ExitStack() as open_ones:
@@ -299,7 +301,6 @@ def is_open(one):
 
 def test_one_more_page_takes_the_place_of_that_which_says_least_of_who_has_most(page, monkeypatch, caplog):
     monkeypatch.setattr(connections, "MOST_OPEN", 4)
-    monkeypatch.setattr(journal, "_EVERY_S", 0.0)
     with contextlib.ExitStack() as stack:
         alone = opened(page, stack)
         theirs = [opened(page, stack, "127.0.2.1") for _ in range(3)]
@@ -313,7 +314,6 @@ def test_one_more_page_takes_the_place_of_that_which_says_least_of_who_has_most(
 def test_who_opens_too_many_at_once_is_refused_and_others_are_not(page, monkeypatch, caplog):
     monkeypatch.setattr(connections, "_LONGEST_WAIT_S", 0.0)
     monkeypatch.setattr(connections, "_OPENED_HZ", 1e-3)
-    monkeypatch.setattr(journal, "_EVERY_S", 0.0)
     with contextlib.ExitStack() as stack:
         for _ in range(5):
             opened(page, stack, "127.0.2.3")
@@ -326,7 +326,6 @@ def test_who_opens_too_many_at_once_is_refused_and_others_are_not(page, monkeypa
 
 def test_of_messages_that_do_not_end_the_fullest_are_cut_off(page, monkeypatch, caplog):
     monkeypatch.setattr(connections, "_MOST_BYTES", 5 * 2**20)
-    monkeypatch.setattr(journal, "_EVERY_S", 0.0)
     head = b"\x82\xff" + (16 * 2**20).to_bytes(8, "big") + bytes(4)
     with contextlib.ExitStack() as stack:
         small, large = (opened(page, stack, f"127.0.2.{number}") for number in (5, 6))
@@ -339,7 +338,6 @@ def test_of_messages_that_do_not_end_the_fullest_are_cut_off(page, monkeypatch, 
 
 def test_who_never_reads_is_cut_off_once_too_much_waits_for_it(served, page, monkeypatch, caplog):
     monkeypatch.setattr(connections, "_MOST_BYTES", 2**16)
-    monkeypatch.setattr(journal, "_EVERY_S", 0.0)
     live = served[0]._websock_server._live_connections
     large = served[0].gui.add_html(os.urandom(8 * 2**20).hex())
     with contextlib.ExitStack() as stack:

@@ -171,15 +171,16 @@ def choice_of(
 ) -> Choice:
     """Choice among refined poses, the likelier first, with their uncertainties; a noise is the least."""
     noise = max(least_px, noise_px(float(fit.squares_px2.min()), fit.numbers, 5 if placement is None else 6))
-    sigmas = [deviations(covariance, R, noise) for covariance, R in zip(fit.covariances, fit.rotations, strict=True)]
+    rings = zip(fit.positions_m, fit.covariances, fit.rotations, strict=True)
+    docks = [_of_dock(*ring, dock.lamp_depth_m) for ring in rings]
+    sigmas = [deviations(covariance, R, noise) for (_, covariance), R in zip(docks, fit.rotations, strict=True)]
     if placement is not None and len(probabilities) == 2:
         (x0, y0), (x1, y1) = [angles_of(-rotation[:, 2]) for rotation in fit.rotations]
         probabilities = nearer(probabilities, (x0 - x1, y0 - y1), (sigmas[0][1], sigmas[1][1]))
     order = sorted(range(len(probabilities)), key=lambda k: -probabilities[k])
     candidates = []
     for k in order:
-        rotation = fit.rotations[k]
-        position, covariance = _of_dock(fit.positions_m[k], fit.covariances[k], rotation, dock.lamp_depth_m)
+        rotation, (position, covariance) = fit.rotations[k], docks[k]
         roll = None
         if placement is not None:
             roll = (float(placement.rolls_rad[k]) + _roll_rad(rotation)) % placement.period_rad

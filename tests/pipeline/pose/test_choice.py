@@ -86,6 +86,16 @@ def test_roll_comes_back_modulo_the_spacing():
         assert choose(points).candidates[0].roll_rad == pytest.approx(0.2, abs=1e-5)
 
 
+def test_a_dock_before_its_lamps_is_as_uncertain_as_their_tilt_moves_it():
+    """By far more than the ring's own place is off: a turn about x moves it along y, and one about y along x."""
+    deep = replace(DOCK, lamp_depth_m=0.14)
+    points, _ = seen((0.0, 0.0, 1.0), 0.15, 0.1, dock=deep, noise_px=0.1)
+    pose = find_poses(points, CAMERA, deep)[1].candidates[0]
+    sigma_x_m, sigma_y_m, _ = pose.sigma_position_m
+    assert (sigma_y_m, sigma_x_m) == pytest.approx([0.14 * sigma for sigma in pose.sigma_theta_rad], rel=0.1)
+    assert np.sqrt(np.diag(pose.covariance)[:3]) == pytest.approx(pose.sigma_position_m)
+
+
 def test_lights_are_numbered_around_the_ring():
     points, _ = seen((0.1, -0.05, 1.2), 0.3, 0.5, skip=(4,))
     numbers = choose(points).lights

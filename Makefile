@@ -101,9 +101,10 @@ benches: $(VENV)/.test
 peers: $(VENV)/.extra
 	$(BIN)/python -m tests.bench.peers
 
-# A million inputs that nobody would make on purpose.
+# A million inputs that nobody would make on purpose; atheris has no wheel for every Python.
 fuzz: $(VENV)/.test
-	$(BIN)/python -m tests.fuzz --inputs 1000000
+	-$(PIP) atheris
+	$(BIN)/python -m tests.fuzz --inputs 1000000 --guided 5000
 
 # Attacks a running page over the loopback, and writes what came of it into SECURITY.md: three minutes, on Linux.
 security: $(VENV)/.test
@@ -184,9 +185,11 @@ $(VENV)/.test: $(VENV)/.made pyproject.toml
 	$(BIN)/python -m tests.support.compile_loops
 	touch $@ $(VENV)/.installed
 
-# What is large and few tests need.
+# What is large and few tests need. pycalib-simple asks for another build of OpenCV that would overwrite ours; the part
+# that we compare with needs none.
 $(VENV)/.extra: $(VENV)/.test
 	$(PIP) --editable ".[test,extra]"
+	$(PIP) --no-deps pycalib-simple==2026.7.22.1
 	touch $@
 
 $(OLDEST)/.test: pyproject.toml tests/constraints-oldest.txt

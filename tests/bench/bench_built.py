@@ -1,11 +1,13 @@
-"""Docks as people build them, their number of lights told and not, alone and among strays."""
+"""Docks as people build them, told and not, alone and among strays: ``python -m tests.bench.bench_built [KIND...]``."""
 
 from __future__ import annotations
 
+import argparse
 import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from multiprocessing import get_context
 from multiprocessing.pool import Pool
 
 import numpy as np
@@ -40,6 +42,7 @@ class Result:
     """What came of a picture; "right" where there is no ring, or another one, and it says so."""
 
     outcome: str
+    message: str
     ms: float
     judged: Judgement
 
@@ -78,7 +81,7 @@ def run(job: tuple[str, int, int, bool, int]) -> Result:
     found = estimate(shown.image, shown.camera, shown.dock)
     came = judged(found, *shown.truth)
     outcome = "right" if kind == STREWN and not came.found else came.outcome
-    return Result(outcome, found.elapsed_ms, came)
+    return Result(outcome, found.message, found.elapsed_ms, came)
 
 
 def run_number(job: tuple[int, int]) -> Result:
@@ -90,16 +93,20 @@ def run_number(job: tuple[int, int]) -> Result:
     found = estimate(shown.image, shown.camera, shown.dock)
     came = judged(found, *Shown(shown.image, shown.camera, shown.dock).truth)
     is_named = not came.found and found.message.startswith("10 evenly spaced lights")
-    return Result("right" if is_named else came.outcome, found.elapsed_ms, came)
+    return Result("right" if is_named else came.outcome, found.message, found.elapsed_ms, came)
 
 
-def results_of(pool: Pool, kind: str, strays: int, is_told: bool) -> list[Result]:
-    """What came of pictures of each number of lights, or of each that is told."""
-    seeds = range(PICTURES)
+def results_of(pool: Pool, kind: str, strays: int, is_told: bool, pictures: int) -> dict[str, list[Result]]:
+    """What came of so many pictures for each number of lights, by its name in the table."""
+    seeds = range(pictures)
     if kind == NAMED:
-        return pool.map(run_number, [(told, seed) for told in NUMBERS for seed in seeds])
-    numbers = [lights for lights in LIGHTS if lights != 24 or kind not in _NOT_24]
-    return pool.map(run, [(kind, lights, strays, is_told, seed) for lights in numbers for seed in seeds], 3)
+        return {f"{kind}, {told} told": pool.map(run_number, [(told, seed) for seed in seeds]) for told in NUMBERS}
+    end = ("" if is_told else ", unknown") + (", strays" if strays else "")
+    return {
+        f"{kind}, {lights} lights{end}": pool.map(run, [(kind, lights, strays, is_told, seed) for seed in seeds], 3)
+        for lights in LIGHTS
+        if lights != 24 or kind not in _NOT_24
+    }
 
 
 def head() -> str:
@@ -114,6 +121,27 @@ def row(name: str, results: Sequence[Result]) -> str:
     cells = [*(counts[word] for word in WORDS), sum(one.near for one in found)]
     cells += [f"{sum(decided)}/{len(decided)}", f"{100 * np.mean(held):.0f} %" if held else "-"]
     return f"{name:34}" + "".join(f"{cell:>10}" for cell in [*cells, f"{np.median([one.ms for one in results]):.0f}"])
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print a table."""
+    parser = argparse.ArgumentParser(prog="python -m tests.bench.bench_built", description=__doc__)
+    kinds = ", ".join((*KINDS, NAMED)).replace("%", "%%")
+    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"{kinds} (default: all)")
+    parser.add_argument("--pictures", type=int, default=30, metavar="N", help="of each kind and number of lights")
+    parser.add_argument("--processes", type=int, default=2, metavar="N", help="worker processes (default: 2)")
+    parser.add_argument("--messages", action="store_true", help="tell what was said of each that is not right")
+    options = parser.parse_args(arguments)
+    print(head())
+    with get_context("spawn").Pool(options.processes) as pool:
+        for kind, strays, is_told in REACHED:
+            if options.kinds and kind not in options.kinds:
+                continue
+            for name, results in results_of(pool, kind, strays, is_told, options.pictures).items():
+                print(row(name, results), flush=True)
+                for one in results:
+                    if options.messages and one.outcome != "right":
+                        print(f"    {one.outcome} | {one.message}")
 
 
 PICTURES = 8  # of each number of lights, in the test
@@ -143,14 +171,16 @@ REACHED = {
 NEARER_REACHED, HOLD_REACHED = 0.95, 0.92  # of those given p >= .95, and of 95 % intervals of both angles
 
 
-@pytest.fixture(scope="module", autouse=True)
-def table():
-    print(f"\n{head()}")
+@pytest.fixture(scope="module")
+def pool():
+    with get_context("spawn").Pool(2) as pool:
+        print(f"\n{head()}")
+        yield pool
 
 
 @pytest.mark.parametrize(("kind", "strays", "is_told"), REACHED)
 def test_docks_that_hands_have_built(kind, strays, is_told, pool):
-    results = results_of(pool, kind, strays, is_told)
+    results = [one for of in results_of(pool, kind, strays, is_told, PICTURES).values() for one in of]
     name = ", ".join([kind, "told" if is_told else "unknown", *(["strays"] if strays else [])])
     print(f"\r{row(name, results)}", flush=True)
     right, near, sure = REACHED[kind, strays, is_told]
@@ -162,3 +192,7 @@ def test_docks_that_hands_have_built(kind, strays, is_told, pool):
     decided, held = [one.nearer for one in found if not one.undecided], [one.holds[3:] for one in found]
     assert sum(decided) >= at_least(NEARER_REACHED, len(decided))
     assert np.sum(held) >= at_least(HOLD_REACHED, np.size(held))
+
+
+if __name__ == "__main__":
+    main()

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 from dockpose import Dock
-from dockpose.pose.circle import angles_of, rotation_from_angles
+from dockpose.pose.circle import CirclePose, angles_of, rotation_from_angles
 from dockpose.pose.few_lights import poses_from_few_lights
 from dockpose.pose.solve import find_poses
+from dockpose.study.judge import signed_errors
 
 from tests.bench.lamps import unit_normal
 from tests.bench.seen_scenes import circle
-from tests.support.judged import off_in_sigmas
 from tests.support.scenes import CAMERA, DOCK
 
 REFERENCE = Path(__file__).with_name("duality_single_frame.csv")  # 400 trials a cell
@@ -101,6 +101,12 @@ def _judged(choice, position: np.ndarray, normal: np.ndarray) -> tuple[float, bo
     right = bool(first.normal @ normal >= second.normal @ normal)
     pose = first if right else second
     return first.probability, right, off_in_sigmas(pose, position, normal).tolist()
+
+
+def off_in_sigmas(pose: CirclePose, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """How far three positions and two angles are off the truth, in standard errors."""
+    *off_m, theta_x_deg, theta_y_deg = np.abs(signed_errors(pose, position, normal))
+    return np.array([*off_m, *np.radians([theta_x_deg, theta_y_deg])]) / [*pose.sigma_position_m, *pose.sigma_theta_rad]
 
 
 def test_probabilities_and_intervals_are_true():

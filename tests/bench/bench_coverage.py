@@ -8,10 +8,9 @@ import cv2
 import numpy as np
 from dockpose import Camera, Dock, estimate
 from dockpose.study.draw import draw, picture_of
-from dockpose.study.judge import HOLD_SIGMAS, PRODUCT, Row, factors_of, find, judge, nearest
+from dockpose.study.judge import PRODUCT, Row, factors_of, find, judge, nearest, signed_errors
 
 from tests.bench.lamps import DIAMETER_M, HALOS, draw_lamps, ring_px, unit_normal
-from tests.support.judged import off_in_sigmas
 
 SCENES, SEED, PICTURES = 600, 28, 40
 NUMBERS = ("x", "y", "z", "theta_x", "theta_y")
@@ -104,7 +103,9 @@ def regime_held(name: str) -> np.ndarray:
         )
         found = estimate(image, camera, Dock(DIAMETER_M, lights))
         if found.status == "ok":
-            held.append(off_in_sigmas(nearest(found.candidates, normal), position, normal) <= HOLD_SIGMAS)
+            pose = nearest(found.candidates, normal)
+            sigmas = np.array([*(pose.sigma_position_m or ()), *np.degrees(pose.sigma_theta_rad or ())])
+            held.append(np.abs(signed_errors(pose, position, normal)) <= 1.96 * sigmas)
     return np.append(np.mean(held, axis=0), len(held))
 
 

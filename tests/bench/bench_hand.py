@@ -1,6 +1,6 @@
 """Lights that are set by hand: at the marks of photographs, and in drawn scenes beside what the search finds there.
 
-``python -m tests.bench.bench_hand --data DATA``.
+``python -m tests.bench.bench_hand [--data DATA]``.
 """
 
 from __future__ import annotations
@@ -8,25 +8,28 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import tempfile
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from dockpose import Camera, Dock, Estimate, estimate
+from dockpose import Camera, Dock, Estimate, Tracker, estimate, open_frames
 from dockpose.camera.image import read
 from dockpose.lights.by_hand import EXACT_PX
 from dockpose.lights.ellipse import MIN_POINTS, fit_ellipse
-from dockpose.study.judge import HOLD_SIGMAS, nearest, signed_errors
+from dockpose.study.judge import nearest, signed_errors
 
+from tests.bench.films import maker
 from tests.bench.floors import at_least
 from tests.bench.lamps import DIAMETER_M
 from tests.bench.seen_scenes import Shown, circle, dock_drawn, drawn, even
-from tests.support.judged import off_in_sigmas
 
 _CLICKED_PX, _AT_MARKS_PX = 1.5, 2.0  # scatter of x and of y
 _SAME = 0.02  # share of the marks' larger semi-axis
-_SCENES, _SEED = 120, 6900
+_SCENES, _SEED, _INTERVAL = 120, 6900, 1.96
+_HALOS, _FILMS, _FRAMES = ((0.8, 2.0), (1.0, 5.0)), 20, 60
 _MIDDLE = 0.6745  # of a normal distribution's absolute values, in its standard deviations
 _LED_FIELD_OF_VIEW = 1.1547  # of a photograph's width to the assumed focal length: 60 degrees across
 
@@ -56,7 +59,8 @@ def compared(seed: int) -> tuple[float, float, np.ndarray]:
     snapped = estimate(shown.image, shown.camera, shown.dock, lights_px=clicked, snap=True)
     exact_px = lamps_px + rng.normal(0, EXACT_PX, lamps_px.shape)
     pose = nearest(estimate(shown.image, shown.camera, shown.dock, lights_px=exact_px).candidates, normal)
-    held = off_in_sigmas(pose, place, normal) <= HOLD_SIGMAS
+    sigmas = np.array([*(pose.sigma_position_m or ()), *np.degrees(pose.sigma_theta_rad or ())])
+    held = np.abs(signed_errors(pose, place, normal)) <= _INTERVAL * sigmas
     return off(snapped), math.inf if by_search.status != "ok" else off(by_search), held
 
 
@@ -96,8 +100,54 @@ def test_in_drawn_scenes_lights_set_by_hand_are_as_good_as_the_search() -> None:
     assert (held.sum(axis=0) >= at_least(0.92, _SCENES)).all()
 
 
+def followed(data: Path, name: str) -> tuple[int, int]:
+    """Frames of a film of a photograph that are followed and right, whose lights are set in the first alone."""
+    films = maker(data)
+    entry = json.loads((data / "leds" / "leds.json").read_text("utf-8"))[name]
+    picture, lights, radius = films.still(entry)
+    height, width = picture.shape[:2]
+    focal = width / _LED_FIELD_OF_VIEW
+    camera = Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
+    tracker, rng, counts = Tracker(camera, Dock(0.10, entry["N"])), np.random.default_rng(_SEED), np.zeros(2, int)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "film.mkv"
+        places = films.film(path, picture, lights, np.random.default_rng(1))
+        for frame, there in zip(open_frames(str(path), grey=True), places, strict=True):
+            clicked = there + rng.normal(0, _CLICKED_PX, there.shape) if frame.index == 0 else None
+            found = tracker.see(frame.image, frame.time_s, lights_px=clicked, snap=True).estimate
+            is_followed = found.status == "ok" and found.detection is None
+            counts += [is_followed, is_followed and films.is_right(found.to_dict(), there, radius)]
+    return int(counts[0]), int(counts[1])
+
+
+def in_haze(seed: int) -> tuple[bool, int]:
+    """Of a drawn film of 60 frames in haze: whether the search finds a frame, and how many are followed.
+
+    Its lamps are half to three times as high as the noise, and set once; a frame counts where the pose is right, too.
+    """
+    rng = np.random.default_rng([_SEED + 1, seed])
+    lights = int(rng.integers(6, 17))
+    dock = Dock(DIAMETER_M, lights)
+    lamps = dock_drawn(rng, circle(even(lights)), dock, diameters=rng.uniform(4, 12), focal=(0.8, 2))
+    assert lamps.position_m is not None
+    noise, veil, height = rng.uniform(3, 5), rng.uniform(80, 140), rng.uniform(0.5, 3)
+    phases, tracker, found, counts = rng.uniform(0, 6, 2), Tracker(lamps.camera, dock), list[bool](), 0
+    for frame in range(_FRAMES):
+        shift_px = np.array([6, 4]) * (np.sin(frame / np.array([9, 7]) + phases) - np.sin(phases))
+        place_m = lamps.position_m + np.array([*(shift_px * lamps.position_m[2] / lamps.camera.fx), 0])
+        moved = replace(lamps, points_px=lamps.points_px + shift_px, position_m=place_m)
+        shown = drawn(rng, moved, background=veil, above=noise * height, halos=_HALOS, noise=noise, jpeg=(90, 98))
+        clicked = moved.points_px + rng.normal(0, _CLICKED_PX, moved.points_px.shape) if frame == 0 else None
+        one = tracker.see(shown.image, frame / 20, lights_px=clicked, snap=True).estimate
+        if frame % 10 == 0:
+            found.append(estimate(shown.image, shown.camera, shown.dock).status == "ok")
+        is_near = one.selected is not None and np.linalg.norm(one.selected.position_m - place_m) < 0.05 * place_m[2]
+        counts += bool(is_near and one.found_by in ("hand", "following"))
+    return any(found), counts
+
+
 def main() -> None:
-    """Print how far ellipses are off for each marked photograph, and marks off the spots beneath them."""
+    """Print how far ellipses are off for each marked photograph, and how long a film is followed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True)
     data = parser.parse_args().data
@@ -112,6 +162,12 @@ def main() -> None:
     each = np.abs(np.concatenate(marks_px))
     middle, most = np.median(each, axis=0) / _MIDDLE, np.mean(each < 3 * EXACT_PX)
     print(f"marks are off by {middle[0]:.2f} and {middle[1]:.2f} px, {100 * most:.0f} % by less than {3 * EXACT_PX:g}")
+    with get_context("spawn").Pool() as pool:
+        films = pool.map(in_haze, range(_FILMS))
+    for words, chosen in (("finds", True), ("never finds", False)):
+        followed_of = sorted(count for ever, count in films if ever == chosen)
+        print(f"in haze, frames of 60 followed in films that the search {words}: {followed_of}")
+    print("five_air_b, a film of 60 frames: {} followed, {} right".format(*followed(data, "five_air_b")))
 
 
 if __name__ == "__main__":

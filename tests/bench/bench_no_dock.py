@@ -15,20 +15,16 @@ MOST_OK, SURE = 0.005, 0.95
 PICTURES_UNKNOWN, SEED, MOST_SURE = 72, 10_000, 1
 
 
-def taken(kind: str, seed: int) -> tuple[np.ndarray, Camera]:
-    """A picture of a kind, and a camera that may have taken it."""
+def seen_in(job: tuple[str, int]) -> list[float]:
+    """For each number of lights: NaN where it was not told, -1 where no dock is seen, else the chosen one's chance."""
+    kind, seed = job
     image = picture(kind, seed)
     height, width = image.shape
     focal = width * float(np.exp(np.random.default_rng(seed).uniform(np.log(0.6), np.log(2.0))))
-    return image, Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
-
-
-def seen_in(job: tuple[str, int]) -> list[float]:
-    """For each number of lights: NaN where it was not told, -1 where no dock is seen, else the chosen one's chance."""
-    image, camera = taken(*job)
+    camera = Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
     probabilities = [float("nan")] * len(TOLD)
     for step in range(TOLD_EACH):
-        number = (job[1] + 3 * step) % len(TOLD)
+        number = (seed + 3 * step) % len(TOLD)
         found = estimate(image, camera, Dock(0.30, TOLD[number]))
         chosen = found.selected
         probabilities[number] = -1.0 if found.status != "ok" or chosen is None else chosen.probability or 0.0
@@ -59,7 +55,11 @@ def test_no_dock_is_seen_where_there_is_none():
 
 def sure_of(job: tuple[str, int]) -> float | None:
     """How sure a dock of an unknown number of lights is of a pose that is seen; None where none is seen."""
-    found = estimate(*taken(*job), Dock(0.30))
+    kind, seed = job
+    image = picture(kind, seed)
+    height, width = image.shape
+    focal = width * float(np.exp(np.random.default_rng(seed).uniform(np.log(0.6), np.log(2.0))))
+    found = estimate(image, Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height), Dock(0.30))
     if found.selected is None:
         return None
     return (found.selected.probability or 0.0) * (found.detection or 0.0)

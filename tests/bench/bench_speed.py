@@ -1,7 +1,12 @@
-"""From a picture to both poses, as ratios to OpenCV's ArUco detector and its histogram on the same picture."""
+"""From a picture to both poses, as ratios to OpenCV's ArUco detector and its histogram on the same picture.
 
+``python -m tests.bench.bench_speed DATA`` takes photographs.
+"""
+
+import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -9,12 +14,13 @@ import pytest
 from dockpose import Camera, Dock, Settings, estimate
 from dockpose.app.commands.output import to_json
 from dockpose.app.processing.following import Following
+from dockpose.camera.image import read
 from dockpose.simulate import Pose, Scene, render
 from dockpose.simulate.optics.water import preset
 from dockpose.simulate.parts import Background, Lights
 from dockpose.sources import Frame
 
-from tests.bench import bench_follow
+from tests.bench import bench_follow, photographs
 from tests.bench.lamps import draw_lamps
 from tests.bench.variety import draw
 
@@ -144,3 +150,36 @@ def test_rings_drawn_at_random():
     print(
         f"\n{len(took_ms)} plain rings: median {np.median(took_ms):.1f} ms, nine in ten {np.quantile(took_ms, 0.9):.1f}"
     )
+
+
+def of_photographs(data: Path, longest_px: int) -> None:
+    """Print the processor time of photographs, the number told and not: all together, and the worst."""
+    cv2.setNumThreads(1)
+    detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50))
+    took_ms: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
+    for job in photographs.jobs(data, [photographs.LEDS]):
+        image = read(job.path)
+        shrink = min(1.0, longest_px / max(image.shape[:2]))
+        if shrink < 1:
+            image = cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
+        camera, dock = photographs.camera_and_dock_of(job, image.shape[1], image.shape[0])
+        both = []
+        for _ in range(2):  # the first loads what was compiled
+            start = time.process_time()
+            estimate(image, camera, dock)
+            middle = time.process_time()
+            detector.detectMarkers(image)
+            both.append((1000 * (middle - start), 1000 * (time.process_time() - middle)))
+        took_ms[job.told is not None].append(min(both))
+    for is_told, times in took_ms.items():
+        ours, aruco = np.transpose(times)
+        together, worst = ours.sum() / aruco.sum(), (ours / aruco).max()
+        print(
+            f"{len(times)} photographs, at most {longest_px} px, number {'told' if is_told else 'unknown'}: "
+            f"{ours.mean():.0f} ms each, {together:.1f} of ArUco together, {worst:.0f} the worst"
+        )
+
+
+if __name__ == "__main__":
+    for most_px in (1280, 10_000):
+        of_photographs(Path(sys.argv[1]), most_px)

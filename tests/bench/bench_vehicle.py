@@ -16,6 +16,7 @@ import sys
 import threading
 import time
 from fractions import Fraction
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import av
@@ -32,7 +33,6 @@ from dockpose.sources import open_frames
 
 from tests.bench.bench_rtp import mark, number_of
 from tests.support import bags, fake_rclpy
-from tests.support.answering import answering
 from tests.support.mavlink import receiving
 from tests.support.rtp import free_port
 from tests.support.scenes import random_scene
@@ -120,14 +120,30 @@ def running(command, **more):
 @contextlib.contextmanager
 def manager(port, rtp_port, after_s=0.0):
     """BlueOS's camera manager, which begins later."""
-    about = {"endpoints": ["udp://192.0.2.1:5600", f"udp://127.0.0.1:{rtp_port}"]}
-    streams = [{"running": True, "video_and_stream": {"name": "Front", "stream_information": about}}]
-    with contextlib.ExitStack() as end:
-        serving = answering(lambda path: (200, {}, json.dumps(streams).encode()), port)
-        timer = threading.Timer(after_s, lambda: end.enter_context(serving))
-        timer.start()
-        yield f"blueos://127.0.0.1:{port}"
-        timer.join()
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self):
+            about = {"endpoints": ["udp://192.0.2.1:5600", f"udp://127.0.0.1:{rtp_port}"]}
+            streams = [{"running": True, "video_and_stream": {"name": "Front", "stream_information": about}}]
+            self.send_response(200)
+            self.end_headers()
+            self.wfile.write(json.dumps(streams).encode())
+
+        def log_message(self, format, *args):
+            """Nothing is printed."""
+
+    def begin():
+        time.sleep(after_s)
+        servers.append(ThreadingHTTPServer(("127.0.0.1", port), Handler))
+        servers[0].serve_forever()
+
+    servers: list[ThreadingHTTPServer] = []
+    thread = threading.Thread(target=begin, daemon=True)
+    thread.start()
+    yield f"blueos://127.0.0.1:{port}"
+    for server in servers:
+        server.shutdown()
+        server.server_close()
 
 
 @contextlib.contextmanager

@@ -1,15 +1,5 @@
-"""What benches share: the one browser, and a pool of two processes."""
-
-from multiprocessing import get_context
-
-import pytest
+"""The one browser that all benchmarks share."""
 
 from tests.browser.conftest import browser
 
 __all__ = ["browser"]
-
-
-@pytest.fixture(scope="module")
-def pool():
-    with get_context("spawn").Pool(2) as pool:
-        yield pool

@@ -6,10 +6,11 @@ import json
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from dockpose import Camera, Dock, estimate
 from dockpose.app.inputs.pictures import camera_and_dock
@@ -37,6 +38,7 @@ class Job:
     path: Path
     told: int | None
     truth: dict[str, Any]
+    altered: int = 0  # number of the alteration, see ``altered``; 0 for the picture as it is
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,7 @@ class Result:
     wrong: bool | None  # None where nobody marked what is right
     status: str
     message: str
+    range_m: float | None
     probability: float | None
     detection: float | None
     ms: float
@@ -59,6 +62,7 @@ class Result:
     seen: bool = False  # whether the dock was found, or refused with its angles
     held: tuple[bool, ...] | None = None  # whether 95 % intervals of x, y, z and both angles hold the truth
     held_seen: tuple[bool, ...] | None = None  # against where the lamps' light is seen
+    altered: int = 0  # number of the alteration
 
     @property
     def sure(self) -> bool:
@@ -99,9 +103,44 @@ def _no_dock(data: Path) -> Iterator[Job]:
             yield Job(NO_DOCK, str(told or "unknown"), path.name, path, told, {})
 
 
+def altered(image: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, float]:
+    """The same sight by another camera: turned, mirrored, larger or smaller, brighter or darker, noisy, JPEG.
+
+    With it the map (2, 3) of its pixels, and how many times as large it is.
+    """
+    height, width = image.shape[:2]
+    least, most = 240 / min(height, width), 2200 / max(height, width)
+    scale = min(max(float(np.exp(rng.uniform(math.log(0.5), math.log(1.4)))), least), most)
+    size = round(scale * width), round(scale * height)
+    turn = cv2.getRotationMatrix2D((0.0, 0.0), rng.uniform(-15, 15), scale) @ np.diag(
+        [rng.choice([-1.0, 1.0]), 1.0, 1.0]
+    )
+    turn[:, 2] = np.array(size) / 2 - turn[:, :2] @ [width / 2, height / 2]
+    smooth = cv2.GaussianBlur(image, (0, 0), 0.45 / scale) if scale < 1 else image
+    light = cv2.warpAffine(smooth, turn, size, borderMode=cv2.BORDER_REFLECT_101) / 255.0
+    light = light ** np.exp(rng.uniform(math.log(0.7), math.log(1.5))) * rng.uniform(0.75, 1.25)
+    levels = np.clip(np.rint(255 * light + rng.normal(0, rng.uniform(0, 3), light.shape)), 0, 255).astype(np.uint8)
+    _, stored = cv2.imencode(".jpg", levels, [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(50, 96))])
+    decoded = cv2.imdecode(stored, cv2.IMREAD_UNCHANGED)
+    assert decoded is not None
+    return decoded, turn, scale
+
+
+def _altered(job: Job, image: np.ndarray) -> tuple[Job, np.ndarray]:
+    """An alteration of a photograph of lamps, and where its lights are then."""
+    image, pixels, scale = altered(image, np.random.default_rng([job.altered, *job.name.encode()]))
+    truth = dict(job.truth)
+    if "lights" in truth:
+        truth["lights"] = np.array(truth["lights"]) @ pixels[:, :2].T + pixels[:, 2]
+        truth["radius_px"] *= scale
+    return replace(job, truth=truth), image
+
+
 def run(job: Job) -> Result:
     """Estimate one picture, and judge what was found as the set says it is right."""
     image = read(job.path)
+    if job.altered:
+        job, image = _altered(job, image)
     camera, dock = camera_and_dock_of(job, image.shape[1], image.shape[0])
     row = estimate(image, camera, dock).to_dict()
     chosen = row["candidates"][row["selected"]] if row["status"] == "ok" else None
@@ -125,6 +164,7 @@ def run(job: Job) -> Result:
         wrong=wrong,
         status=row["status"],
         message=row["message"],
+        range_m=None if chosen is None else float(np.linalg.norm(chosen["position_m"])),
         probability=None if chosen is None else chosen["probability"],
         detection=row["detection"],
         ms=row["elapsed_ms"],
@@ -133,6 +173,7 @@ def run(job: Job) -> Result:
         seen=seen,
         held=held[0],
         held_seen=held[1],
+        altered=job.altered,
     )
 
 
@@ -171,10 +212,8 @@ def _of_leds(row: dict[str, Any], job: Job) -> tuple[str, bool | None]:
     return ("right" if enough else "few lights"), False
 
 
-def _fit(row: dict[str, Any], truth: dict[str, Any], off: Sequence[float] | np.ndarray, most: float) -> list[bool]:
-    """Of each candidate, whether it is less than this off by its share, and its normal by less than 5 degrees."""
-    near = [np.dot(pose["normal"], truth["normal"]) > math.cos(math.radians(5)) for pose in row["candidates"]]
-    return [bool(share < most and is_near) for share, is_near in zip(off, near, strict=True)]
+def _angle_deg(normal: Sequence[float], other: Sequence[float]) -> float:
+    return math.degrees(math.acos(np.clip(np.dot(normal, other), -1, 1)))
 
 
 def _of_tank(row: dict[str, Any], truth: dict[str, Any]) -> tuple[str, bool]:
@@ -183,8 +222,12 @@ def _of_tank(row: dict[str, Any], truth: dict[str, Any]) -> tuple[str, bool]:
         return ("false", True) if row["status"] == "ok" else ("refused", False)
     if row["status"] != "ok":
         return "refused", False
-    away_m = [np.linalg.norm(np.subtract(pose["position_m"], truth["position_m"])) for pose in row["candidates"]]
-    fits = _fit(row, truth, np.array(away_m) / np.linalg.norm(truth["position_m"]), 0.03)
+    position = np.array(truth["position_m"])
+    fits = [
+        np.linalg.norm(pose["position_m"] - position) < 0.03 * np.linalg.norm(position)
+        and _angle_deg(pose["normal"], truth["normal"]) < 5
+        for pose in row["candidates"]
+    ]
     if fits[row["selected"]]:
         return "right", False
     return ("twin" if any(fits) else "wrong"), True
@@ -220,7 +263,10 @@ def _of_challenge(row: dict[str, Any], truth: dict[str, Any]) -> tuple[str, bool
     lamps = _near(visible, _on_ring(row), max(4.0, 0.2 * truth["spacing_px"])).sum()
     distance = np.linalg.norm(truth["position_m"])
     off = [abs(np.linalg.norm(pose["position_m"]) / distance - 1) for pose in row["candidates"]]
-    fits = _fit(row, truth, off, 0.05)
+    fits = [
+        share < 0.05 and _angle_deg(pose["normal"], truth["normal"]) < 5
+        for share, pose in zip(off, row["candidates"], strict=True)
+    ]
     if fits[row["selected"]]:
         return "right", False
     if lamps < 0.75 * len(_on_ring(row)) or off[row["selected"]] > 0.10:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, replace
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -87,7 +89,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--only", action="append", choices=(*SETS, FILMS), help="this set alone; may be given several times"
     )
+    parser.add_argument(
+        "--altered", type=int, metavar="N", help="score N alterations of each photograph of lamps alone"
+    )
     parser.add_argument("--quick", action="store_true", help="the part that takes a minute")
+    parser.add_argument("--json", type=Path, metavar="OUT", help="write what came of each picture")
+    parser.add_argument("--compare", type=Path, metavar="OLD.json", help="tell which pictures came out otherwise")
     options = parser.parse_args(arguments)
     if not options.data.is_dir():
         print(f"{options.data} is not there: no real pictures were scored.")
@@ -97,11 +104,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     todo = list(jobs(options.data, [name for name in only if name != FILMS]))
     if options.quick:
         todo = [one for one in todo if one.set != NO_DOCK and not (one.set == LEDS and one.told is None)]
+    if options.altered:
+        todo = [replace(one, altered=n) for one in todo if one.set == LEDS for n in range(options.altered + 1)]
     with ProcessPoolExecutor(options.processes, get_context("spawn")) as pool:
         results = list(pool.map(run, todo, chunksize=4))
-        of_films = films.report(options.data, pool) if FILMS in only and not options.quick else {}
-    figures = of_films | report(results)
+        of_films = films.report(options.data, pool) if FILMS in only and not (options.altered or options.quick) else {}
+    figures = of_films | (report_altered(results) if options.altered else report(results))
     print(f"\n{len(results)} estimates in {(time.monotonic() - start_s) / 60:.1f} minutes")
+    if options.compare is not None:
+        compare(results, json.loads(options.compare.read_text("utf-8")))
+    if options.json is not None:
+        options.json.write_text(json.dumps([asdict(one) for one in results], indent=1) + "\n", "utf-8")
     missed("Goals", figures, GOALS)
     return 1 if missed("Reached before", figures, REACHED) else 0
 
@@ -120,6 +133,23 @@ def report(results: Sequence[Result]) -> Figures:
     return figures | ({"% of sure answers wrong": share} if {one.set for one in results} == set(SETS) else {})
 
 
+def report_altered(results: Sequence[Result]) -> Figures:
+    """Print what comes of photographs of lamps as they are and altered: what hangs on a pixel comes and goes."""
+    for told in (True, False):
+        part = [one for one in results if (one.told is not None) == told]
+        groups = {
+            f"{kind}, {'altered' if is_altered else 'as they are'}": group
+            for kind in dict.fromkeys(one.kind for one in part)
+            for is_altered in (False, True)
+            if (group := [one for one in part if one.kind == kind and bool(one.altered) == is_altered])
+        }
+        _table(f"Lamps, N {'told' if told else 'unknown'}", groups)
+        for name in dict.fromkeys(one.name for one in part if one.wrong or one.outcome in ("right", "few lights")):
+            counts = Counter(one.outcome for one in part if one.name == name and one.altered)
+            print(f"  {name:26}" + ", ".join(f"{outcome} {count}" for outcome, count in counts.most_common()))
+    return {}
+
+
 def missed(title: str, figures: Figures, floors: Figures) -> int:
     """Print a line for each floor that is missed, and return their number; floors of sets that did not run are left."""
     asked = {name: floor for name, floor in floors.items() if name in figures}
@@ -132,6 +162,24 @@ def missed(title: str, figures: Figures, floors: Figures) -> int:
     for name in lost:
         print(f"  missed: {name}: asked {asked[name]:g}, is {figures[name]:.3g}")
     return len(lost)
+
+
+def compare(results: Sequence[Result], old: Sequence[dict]) -> None:
+    """Tell of which pictures another thing came than before."""
+
+    def key(one: dict) -> tuple:
+        return one["set"], one["kind"], one["name"], one["told"], one.get("altered", 0)
+
+    before = {key(one): one for one in old}
+    changed = 0
+    print("\nOtherwise than before:")
+    for one in map(asdict, results):
+        was = before.get(key(one))
+        if was is not None and was["outcome"] != one["outcome"]:
+            changed += 1
+            told = "unknown" if one["told"] is None else one["told"]
+            print(f"  {one['set']} {one['name']} (N {told}): {was['outcome']} -> {one['outcome']} | {one['message']}")
+    print(f"  {changed} of {len(results)}")
 
 
 def _table(title: str, groups: Mapping[str, Sequence[Result]]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from dockpose import Camera, Dock
@@ -165,6 +165,33 @@ def short_arc(rng: np.random.Generator) -> Shown:
     radii = np.full(number, max(1.3, 0.15 * closest_px(points)))
     lamps = Lamps(camera, points, radii, rng.uniform(0.75, 1, number), Dock(DIAMETER_M, int(rng.integers(6, 25))))
     return drawn(rng, lamps)
+
+
+def nothing(_rng: np.random.Generator) -> Shown:
+    """An empty picture, where a kind draws its own."""
+    return Shown(np.zeros((480, 640), np.uint8), _FIXED, Dock(DIAMETER_M))
+
+
+def second_dock_comes(rng: np.random.Generator) -> Iterator[tuple[Shown, np.ndarray]]:
+    """Frames of a dock on the left, approached slowly, and where another one is that comes in from the right."""
+    lights = int(rng.integers(6, 13))
+    points, dock = circle(even(lights)), Dock(DIAMETER_M, lights)
+    normals = [unit_normal(np.radians(rng.uniform(5, 30)), rng.uniform(0, 2 * np.pi)) for _ in range(2)]
+    rolls = rng.uniform(0, 2 * np.pi, 2)
+    z_m = rng.uniform(2.6, 4.0) * np.array([1.0, rng.uniform(0.7, 1.3)])
+    bright = rng.uniform(0.7, 1.5, 2)
+    for number in range(36):
+        z_m = z_m * 0.997
+        across = np.array([-0.21, max(0.21, 0.62 - 0.02 * number)])
+        down = np.array([0.02, -0.02]) * np.sin(number / 9)
+        lamps = Lamps(_FIXED, np.empty((0, 2)), np.empty(0), np.empty(0), dock)
+        places = np.column_stack([across * z_m, down * z_m, z_m])
+        for place, normal, roll, light in zip(places, normals, rolls, bright, strict=True):
+            seen = seen_from(points, place, normal, roll)
+            lamps.add(on_picture(_FIXED, seen), 3.0 * 3.0 / seen[:, 2], np.full(lights, light))
+        lamps.position_m, lamps.normal = places[0], normals[0]
+        shown = drawn(rng, lamps, above=180.0, jpeg=None)
+        yield shown, places[1]
 
 
 def ring_of_60(rng: np.random.Generator) -> Shown:

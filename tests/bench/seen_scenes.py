@@ -242,17 +242,21 @@ def ramp(rng: np.random.Generator, camera: Camera, low: float, rise: float) -> n
     return low + rise * (along - along.min()) / np.ptp(along)
 
 
-def discs(radius_px: float) -> Callable[[np.random.Generator], Shown]:
-    """Discs of that radius, 3 to 4.5 times the noise above the water."""
+def dim_discs(rng: np.random.Generator) -> Shown:
+    """Discs 8 px across, 3 to 4.5 times the noise above the water."""
+    return _discs(rng, 4.0)
 
-    def draw(rng: np.random.Generator) -> Shown:
-        lamps = dock_drawn(rng, *told(rng), share=(0.2, 0.44), lamp_px=radius_px, tilt_deg=(5, 35))
-        noise = rng.uniform(4, 6)
-        ground = ramp(rng, lamps.camera, rng.uniform(15, 60), rng.uniform(0, 20))
-        above = noise * rng.uniform(3, 4.5)
-        return drawn(rng, lamps, background=ground, above=above, halos=(), noise=noise, jpeg=(90, 98))
 
-    return draw
+def broad_discs(rng: np.random.Generator) -> Shown:
+    """Discs 30 px across, 3 to 4.5 times the noise above the water."""
+    return _discs(rng, 15.0)
+
+
+def _discs(rng: np.random.Generator, radius_px: float) -> Shown:
+    lamps = dock_drawn(rng, *told(rng), share=(0.2, 0.44), lamp_px=radius_px, tilt_deg=(5, 35))
+    noise = rng.uniform(4, 6)
+    ground = ramp(rng, lamps.camera, rng.uniform(15, 60), rng.uniform(0, 20))
+    return drawn(rng, lamps, background=ground, above=noise * rng.uniform(3, 4.5), halos=(), noise=noise, jpeg=(90, 98))
 
 
 def dark_enough_to_stretch(rng: np.random.Generator) -> Shown:
@@ -289,6 +293,23 @@ def in_glare(rng: np.random.Generator) -> Shown:
         jpeg_quality=int(rng.integers(80, 96)),
     )
     return Shown(image, lamps.camera, Dock(DIAMETER_M, lights), lamps.position_m, lamps.normal)
+
+
+def spaced_by_eye(rng: np.random.Generator) -> Shown:
+    """Lights on a true circle, each off even spacing by 3 to 5 % of the radius, to either side."""
+    lights = count(rng)
+    angles = even(lights) + rng.uniform(0.03, 0.05, lights) * rng.choice([-1, 1], lights)
+    return drawn(rng, dock_drawn(rng, circle(angles), Dock(DIAMETER_M, lights), tilt_deg=(15, 45)))
+
+
+def built_by_hand(rng: np.random.Generator) -> Shown:
+    """Lights off their places in any direction, the worst by 3 to 5 % of the radius."""
+    lights = count(rng)
+    off = rng.uniform(0, 1, lights)
+    off *= rng.uniform(0.03, 0.05) * RADIUS_M / off.max()
+    towards = rng.uniform(0, 2 * np.pi, lights)
+    points = circle(even(lights)) + off[:, None] * circle(towards, 1.0)
+    return drawn(rng, dock_drawn(rng, points, Dock(DIAMETER_M, lights), tilt_deg=(15, 45)))
 
 
 def learnt(offset_m: float) -> Callable[[np.random.Generator], Shown]:

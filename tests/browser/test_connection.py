@@ -61,6 +61,14 @@ def test_a_page_below_a_path_asks_for_all_of_it_there(browser, page):
         assert [url for url in asked if "/dock/" not in url and url.startswith("http")] == []
 
 
+def test_a_reload_keeps_the_tab(page):
+    page.tab("Detect")
+    page.rest()
+    page.page.reload()
+    page.page.get_by_role("tab", name="Detect", exact=True).wait_for()
+    page.until(lambda: page.page.get_by_role("tab", name="Detect", exact=True).get_attribute("aria-selected") == "true")
+
+
 def test_the_page_follows_the_systems_dark_mode_until_somebody_chooses(browser):
     def scheme():
         return page.page.evaluate("() => document.documentElement.dataset.mantineColorScheme")

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from dockpose.app.processing.comparison import compared
+from dockpose.app.state.changes import with_mask
 from PIL import Image
 
 pytestmark = pytest.mark.browser
@@ -25,6 +26,15 @@ def test_status_line_is_in_view_and_says_what_to_try(page):
     for name in ("place", "status-line", "source", "tank"):
         is_cut = "one => one.scrollWidth > one.parentElement.clientWidth + 1"
         assert not page.page.locator(f"#{name}").evaluate(is_cut), name
+
+
+def test_a_mask_is_said_where_it_hides_the_dock_and_goes_by_its_chip(page):
+    page.tab("Detect")
+    page.app.change(lambda view: with_mask(view, 0, 10, 640, 470), reload=True)
+    page.until(lambda: page.status.startswith("No pose"))
+    page.page.get_by_text("1 mask hides a part of the picture").wait_for()
+    page.page.get_by_role("button", name="Mask 1: 640 × 470 px at (0, 10)").click()
+    page.until(lambda: page.app.view.settings.masks == () and "pose A" in line(page))
 
 
 def test_choice_is_overruled_by_hand_and_given_back(page):
@@ -176,3 +186,8 @@ def test_results_of_another_picture_are_dimmed_until_compared_again(page):
         card(page, method).focus()
         assert verdict in looked_at(page)[1]
         assert ("Steps in" in looked_at(page)[1]) == (method == "hats_local")
+    page.tab("Picture")
+    page.choose("Sample scene", "plain")
+    page.tab("Compare")
+    page.until(lambda: "plain." in page.page.locator("dockpose-compare [role=note]").inner_text())
+    page.tab("Picture")

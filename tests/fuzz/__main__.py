@@ -6,6 +6,7 @@ that crashes is seen: its last input is kept. Escapes are kept in ``build/fuzz``
 """
 
 import argparse
+import importlib.util
 import subprocess
 import sys
 import tempfile
@@ -16,6 +17,8 @@ from tests.fuzz.run import Outcome, attack, from_json, to_json, total_of
 from tests.fuzz.targets import TARGETS, in_order
 
 FOUND = Path("build/fuzz")
+# Readers in Python: of what compiled code does, coverage sees nothing.
+GUIDED = ("camera", "dock", "session", "json lines", "sidecar")
 _AT_ONCE = 20_000  # inputs of one process
 _MOST_S = 1800.0  # of one process
 
@@ -27,6 +30,7 @@ def main() -> int:
     parser.add_argument("--only", choices=TARGETS, help="one target alone, with all of the inputs")
     parser.add_argument("--seed", type=int, default=0, help="of what is drawn (default: %(default)s)")
     parser.add_argument("--jobs", type=int, default=2, help="processes at once (default: %(default)s)")
+    parser.add_argument("--guided", type=int, default=0, help="inputs of each reader, guided by coverage")
     parser.add_argument("--worker", type=Path, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.worker is not None:
@@ -44,6 +48,11 @@ def main() -> int:
             outcomes.append(outcome)
             told = f"{name}, {outcome.inputs} inputs, {len(outcome.escapes)} escapes"
             print(f"{len(outcomes)} of {len(parts)} parts: {told}", file=sys.stderr, flush=True)
+    if arguments.guided and importlib.util.find_spec("atheris") is None:
+        print("Inputs guided by coverage are left out: there is no atheris for this Python.")
+    elif arguments.guided:
+        parts += [(name, arguments.guided, -1) for name in GUIDED]
+        outcomes += [_guided(name, arguments.guided) for name in GUIDED]
     each_part = list(zip(parts, outcomes, strict=True))
     return _report([(name, total_of([one for part, one in each_part if part[0] == name])) for name, _ in wanted])
 
@@ -64,6 +73,18 @@ def _in_process(name: str, inputs: int, seed: int) -> Outcome:
         if current.exists():
             kept.write_bytes(current.read_bytes())
         return Outcome(escapes={why: str(kept)})
+
+
+def _guided(name: str, inputs: int) -> Outcome:
+    with tempfile.TemporaryDirectory() as folder:
+        counted = Path(folder) / "counted"
+        command = [sys.executable, "-m", "tests.fuzz.guided", name, "--inputs", str(inputs), "--counted", str(counted)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=_MOST_S)
+        outcome = Outcome(inputs=int(counted.read_text()) if counted.exists() else 0)
+        if done.returncode != 0:
+            told = [line for line in done.stderr.splitlines() if "Error" in line] or done.stderr.splitlines()[-1:]
+            outcome.escapes[f"guided by coverage: {told[-1] if told else done.returncode}"] = f"{FOUND}/crash-*"
+        return outcome
 
 
 def _report(outcomes: list[tuple[str, Outcome]]) -> int:

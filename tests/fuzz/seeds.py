@@ -39,8 +39,23 @@ CAMERA, DOCK = Camera(fx=90, fy=90, cx=47.5, cy=35.5, width=96, height=72), Dock
 SAMPLES = Path(__file__).parents[2] / "sample_images"
 _DTYPES = ("u1", "u2", "i1", "i2", "i4", "u4", "i8", "f2", "f4", "f8", "c8", "?", "O", ">u2", "S3", "M8[s]")
 _EXTREMES = (
-    *(0.0, -0.0, 1.0, -1.0, 0.3, 700.0, 1e-308, 1e-12, 1e-6, 1e6, 1e9, 1e16, 1e150, 1e308),
-    *(np.inf, -np.inf, np.nan),
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    0.3,
+    700.0,
+    1e-308,
+    1e-12,
+    1e-6,
+    1e6,
+    1e9,
+    1e16,
+    1e150,
+    1e308,
+    np.inf,
+    -np.inf,
+    np.nan,
 )
 
 

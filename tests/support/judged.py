@@ -41,12 +41,6 @@ class Judgement:
         return "sure" if self.sure else "undecided" if self.either else "wrong"
 
 
-def off_in_sigmas(pose: CirclePose, position_m: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """How far x, y, z and both angles (5,) are off the truth, in standard errors of the picture's errors alone."""
-    off = np.abs(signed_errors(pose, position_m, normal)) * [1, 1, 1, *np.radians([1, 1])]
-    return off / [*(pose.sigma_position_m or ()), *(pose.sigma_theta_rad or ())]
-
-
 def judged(found: Estimate, position_m: np.ndarray, normal: np.ndarray) -> Judgement:
     """Judge an estimate by the dock's true position (3,) and normal (3,)."""
     chosen = found.selected

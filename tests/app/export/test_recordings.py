@@ -168,6 +168,11 @@ def check_diagnostics(message, line):
         assert float(values["probability"]) == line["candidates"][line["selected"]]["probability"]
 
 
+def test_it_is_a_bag_of_pictures_again(written):
+    with Bag(str(written / "poses.mcap")) as bag:
+        assert bag.count == FRAMES
+
+
 def test_without_a_time_of_day_it_is_said_and_no_stamp_is_0(written, tmp_path, capsys):
     scene = tmp_path / "scene.yaml"
     save_sequence(FilmPlan(scene=random_scene(3), motion=Approach(start_m=1.5, end_m=1.4, frames=3, rate_hz=10)), scene)

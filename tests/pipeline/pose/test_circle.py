@@ -1,4 +1,8 @@
+import importlib.util
 import math
+import sys
+import types
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -54,6 +58,47 @@ def test_a_dock_square_on_the_axis_by_hand():
         np.testing.assert_allclose(pose.centre_px, [320, 240], atol=1e-6)
 
 
+@pytest.mark.extra
+@pytest.mark.parametrize("seed", range(30))
+def test_both_poses_agree_with_pycalib(seed):
+    solve = pycalib_circle().solve_circle_3d
+    camera = Camera(700, 700, 310, 250, 640, 480)  # pycalib takes one focal length
+    rng = np.random.default_rng(seed)
+    position = np.array([*rng.uniform(-0.3, 0.3, 2), rng.uniform(0.7, 3)])
+    rotation = rotation_from_angles(*rng.uniform(-0.7, 0.7, 2))
+    ellipse = fit_ellipse(camera.project(circle(position, rotation, 0.15)))
+    ours = circle_poses(ellipse, camera, 0.30)
+    # As cv2.fitEllipse gives it: the second axis lies 90 degrees on from the angle.
+    major, minor = ellipse.semi_axes_px
+    as_opencv = (ellipse.centre_px, (2 * minor, 2 * major), math.degrees(ellipse.angle_rad) - 90)
+    centres, normals = solve(camera.matrix, as_opencv, radius=0.15)
+    for pose in ours:
+        differences = [
+            np.abs(pose.position_m - centre).max() + min(np.abs(pose.normal - n).max(), np.abs(pose.normal + n).max())
+            for centre, n in zip(map(np.ravel, centres), map(np.ravel, normals), strict=True)
+        ]
+        assert min(differences) < 1e-6
+
+
+def pycalib_circle():
+    """The one module of pycalib that is needed; its package's __init__ would want plotting and tables as well."""
+    package = importlib.util.find_spec("pycalib")
+    if package is None or package.origin is None:
+        pytest.fail("pycalib-simple is not installed; it takes pip install --no-deps")
+    path = Path(package.origin).parent / "circle.py"
+    spec = importlib.util.spec_from_file_location("pycalib_circle", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    stand_in = sys.modules.setdefault("pycalib", types.ModuleType("pycalib"))
+    try:
+        spec.loader.exec_module(module)
+    finally:
+        if sys.modules.get("pycalib") is stand_in:
+            del sys.modules["pycalib"]
+    return module
+
+
 def test_angles_and_normal_are_inverses_by_the_conventions():
     # n = (-cos tx sin ty, sin tx, -cos tx cos ty)
     tx, ty = math.radians(20), math.radians(-35)
@@ -68,6 +113,13 @@ def test_angles_and_normal_are_inverses_by_the_conventions():
     for pose in poses:
         np.testing.assert_allclose(pose.T_camera_dock[:3, 3], pose.position_m)
         np.testing.assert_allclose(-pose.T_camera_dock[:3, 2], pose.normal, atol=1e-9)
+
+
+def test_a_dock_twice_as_large_is_twice_as_far():
+    ellipse = fit_ellipse(CAMERA.project(circle(np.array([0.1, 0, 1]), rotation_from_angles(0.2, 0.3), 0.1)))
+    for small, large in zip(circle_poses(ellipse, CAMERA, 0.2), circle_poses(ellipse, CAMERA, 0.4), strict=True):
+        np.testing.assert_allclose(2 * small.position_m, large.position_m)
+        np.testing.assert_allclose(small.normal, large.normal)
 
 
 @pytest.mark.parametrize("diameter", [0, -0.3, math.nan, math.inf])

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose.app.drawing.annotated import kept_pixels
+from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_mask, with_method
 from dockpose.app.state.parameters import put
@@ -144,6 +145,12 @@ def test_requests_are_carried_out(tilted):
 def test_other_requests_are_refused(tilted, text):
     with pytest.raises(DecodeError):
         fulfilled(tilted.view, text)
+
+
+def test_mask_off_the_picture_and_level_out_of_range_are_refused_or_clamped(tilted):
+    with pytest.raises(UserError, match="covers nothing"):
+        fulfilled(tilted.view, '{"do":"mask","number":1,"x":900,"y":0,"width":5,"height":5}')
+    assert fulfilled(tilted.view, '{"do":"level","number":1,"level":9999}').settings.level == 255
 
 
 def numbers_of(analysis):

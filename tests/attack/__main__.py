@@ -17,9 +17,9 @@ from dockpose.sidecar import sample_path
 
 from tests.attack import files, floods, messages, requests
 from tests.attack.program import PAGE, Bystanders, Program
-from tests.attack.report import write_table
 
-BEGIN = "<!-- make security writes this table -->"
+SECURITY = Path(__file__).resolve().parents[2] / "SECURITY.md"
+BEGIN, END = "<!-- make security writes this table -->", "<!-- end of the table -->"
 LONGEST_ANSWER_S = 0.25
 MOST_MEMORY_BYTES = 8 * PAGE  # after an attack, above what was there before it
 # Without a line in the log: these are no refusals.
@@ -118,7 +118,10 @@ def replaced(old: str, outcomes) -> str:
 def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         outcomes = attacked(Path(folder), *sys.argv[1:2])
-    write_table(BEGIN, lambda old: replaced(old, outcomes) if sys.argv[1:] else table(outcomes))
+    before, _, rest = SECURITY.read_text(encoding="utf-8").partition(BEGIN)
+    old, _, after = rest.partition(END)
+    made = replaced(old.strip(), outcomes) if sys.argv[1:] else table(outcomes)
+    SECURITY.write_text(f"{before}{BEGIN}\n\n{made}\n\n{END}{after}", encoding="utf-8")
     faulty = [one for one in outcomes if one.faults]
     for one in faulty:
         print(f"{one.name}: {'; '.join(one.faults)}", file=sys.stderr)

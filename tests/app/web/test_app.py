@@ -186,22 +186,22 @@ def test_a_notice_that_grows_is_shown_as_long_again_and_a_sentence_is_told_once(
 
 
 def test_a_refusal_goes_once_something_else_was_done_but_not_in_the_same_rush(monkeypatch):
-    notices, gone, now = Notifications(), [], [0.0]
+    notices, gone, now = Notifications(), [], [10.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
     notice = SimpleNamespace(remove=lambda: gone.append(now[0]), _show=lambda: None)
     client: Any = SimpleNamespace(client_id=1, add_notification=lambda *words, **props: notice)
     notices.show(REFUSED, "cam.yaml is for 640 x 480", "red", client)
-    now[0] = 1.0  # the next of forty files, of which the third was refused
+    now[0] = 11.0  # the next of forty files, of which the third was refused
     notices.withdraw()
     assert gone == []
-    now[0] = 5.0
+    now[0] = 12.5
     notices.withdraw()
     notices.withdraw()
-    assert gone == [5.0]
+    assert gone == [12.5]
     notices.show("Saved", "Pool A", "green", client)
-    now[0] = 20.0
+    now[0] = 30.0
     notices.withdraw()
-    assert gone == [5.0]
+    assert gone == [12.5]
 
 
 def test_scene_that_cannot_be_rendered_is_told_and_leaves_what_was_shown(app, monkeypatch):

@@ -17,7 +17,8 @@ from dockpose.camera.files import save_camera
 from tests.bench import films
 from tests.bench.bench_speed import camera, scene
 from tests.browser.conftest import Page
-from tests.browser.test_set_lights import TRUTH_PX, place_of, squares
+from tests.browser.test_set_lights import TRUTH_PX, squares
+from tests.browser.test_view import on_screen
 
 MOVES = 80
 DRAG_PX, PAUSE_MS = 2, 160
@@ -326,7 +327,7 @@ def test_click_to_pose_of_lights_set_by_hand_at_640_x_480(browser, serve) -> Non
     """Ten lights clicked one after the other, each once the pose of those before it is drawn."""
     with opened(browser, serve()) as page:
         page.page.locator("dockpose-picture [data-do=hand]").click()
-        places = [place_of(page, point) for point in TRUTH_PX]
+        places = [on_screen(page, *point) for point in TRUTH_PX]
         page.page.locator("dockpose-picture [data-do=clear]").click()
         page.until(lambda: squares(page) == 0 and "0 lights set by hand" in page.status)
         page.page.evaluate(_CLICKS)

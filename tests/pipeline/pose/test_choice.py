@@ -91,6 +91,7 @@ def test_a_dock_before_its_lamps_is_as_uncertain_as_their_tilt_moves_it():
     deep = replace(DOCK, lamp_depth_m=0.14)
     points, _ = seen((0.0, 0.0, 1.0), 0.15, 0.1, dock=deep, noise_px=0.1)
     pose = find_poses(points, CAMERA, deep)[1].candidates[0]
+    assert pose.sigma_position_m is not None
     sigma_x_m, sigma_y_m, _ = pose.sigma_position_m
     assert (sigma_y_m, sigma_x_m) == pytest.approx([0.14 * sigma for sigma in pose.sigma_theta_rad], rel=0.1)
     assert np.sqrt(np.diag(pose.covariance)[:3]) == pytest.approx(pose.sigma_position_m)

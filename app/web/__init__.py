@@ -1,1 +1,1 @@
-"""The page in the browser, built on viser: the app, its layout, panels, 3D scene and guarded server."""
+"""The page in the browser, built on viser: the app, its layout, panels, charts, 3D scene and guarded server."""

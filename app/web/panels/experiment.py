@@ -20,6 +20,7 @@ from dockpose.app.resources import read_toml
 from dockpose.app.state.camera import camera_file, dock_file
 from dockpose.app.state.changes import with_measured
 from dockpose.app.state.view import View
+from dockpose.app.web.charts import CHARTS, Chart, error_points
 from dockpose.app.web.choices import Client, on_person
 from dockpose.app.web.html import help_link, name_around, small
 from dockpose.app.web.page import Page
@@ -32,7 +33,7 @@ WHAT = read_toml("controls.toml")["log"]["files"]
 
 
 class ExperimentPanel(Panel):
-    """Session, button to take a frame, boxes for measured values, running table, plot and downloads."""
+    """Session, button to take a frame, boxes for measured values, running table, charts and downloads."""
 
     table = "log"
 
@@ -50,7 +51,7 @@ class ExperimentPanel(Panel):
         self._add_answers()
         self._add_fields()
         self._table = self.gui.add_html("")
-        self._plot = self.gui.add_html("")
+        self._charts = [Chart(self.gui, title, marks) for title, marks in CHARTS.items()]
         self.gui.add_html(help_link("log"))
         app.closing.callback(self._close_session)
         self._show_session("")
@@ -247,7 +248,8 @@ class ExperimentPanel(Panel):
         rows = self._rows()
         self._target.options = [target_name(number) for number in (None, *(row.number for row in reversed(rows)))]
         self._table.content = "" if self._session is None else log_rows.session_table(rows)
-        self._plot.content = log_rows.errors_plot(rows)
+        for chart in self._charts:
+            chart.show(error_points(rows, chart.which))
         self._show_checked(None)
         folder = None if self._session is None else self._session.folder
         self._words.content = log_rows.state_html(folder, len(rows), said)

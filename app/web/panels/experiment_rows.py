@@ -1,6 +1,5 @@
 """Rows of the log: boxes for what was measured by hand, and the table "estimated (measured)" as HTML, by pages."""
 
-import base64
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -84,17 +83,6 @@ class MeasuredFields:
         for name, box in self._boxes.items():
             if box.value != texts[name]:
                 box.value = texts[name]
-
-
-def errors_plot(rows: Sequence[Row]) -> str:
-    """The report's plot of errors against range; empty where nothing was measured."""
-    if all(error is None for row in rows for error in row.errors):
-        return ""
-    from dockpose.app.drawing.figures import to_svg  # these take a while to import, and most pages need none
-    from dockpose.app.export.report import error_figure
-
-    drawn = base64.b64encode(to_svg(error_figure(rows), "errors")).decode()
-    return f'<img alt="Errors against range" style="width: 100%" src="data:image/svg+xml;base64,{drawn}">'
 
 
 def session_table(rows: Sequence[Row]) -> str:

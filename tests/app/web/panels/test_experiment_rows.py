@@ -1,4 +1,3 @@
-import base64
 import io
 import math
 import shutil
@@ -44,12 +43,6 @@ ROWS = [
     row(2, 197.0, 200.0, notes=NASTY),
     row(3, None, 300.0, status="no_lights"),
 ]
-
-
-def test_errors_are_plotted_once_something_was_measured():
-    assert log.errors_plot([changed()]) == ""
-    drawn = log.errors_plot([changed(measured_z_cm=98.0, distance_cm=200.0)]).partition("base64,")[2]
-    assert b"estimated" in base64.b64decode(drawn.removesuffix('">'))
 
 
 def test_mean_and_rms_by_hand():

@@ -11,7 +11,7 @@ from tests.support.layout import HOUSES, ROOT
 
 MOST_LINES = 340
 # Of each package. Lowered by whoever takes lines away; a change that needs more takes others out in the same commit.
-MOST_IN_ALL = {"app": 17_607, "pipeline": 26_552}
+MOST_IN_ALL = {"app": 17_606, "pipeline": 26_545}
 
 # Imports against the order that are still to be cut.
 STILL_WRONG: set[tuple[str, str]] = set()

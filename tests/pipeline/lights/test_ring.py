@@ -207,6 +207,15 @@ def test_snow_and_text_without_a_dock_are_no_ring(count, seed):
     assert "None of the 49 groups" in ring.reason
 
 
+@pytest.mark.parametrize(
+    ("angles_deg", "spaced"), [((), "evenly spaced lights"), ((0, 50, 130, 200, 290), "lights spaced as the dock's")]
+)
+def test_what_was_looked_for_in_vain_is_said(angles_deg, spaced):
+    points, dock = text(letters=7), Dock(0.30, 5, angles_deg=angles_deg)
+    ring = find_ring(points, as_markers(points), CAMERA, dock, AREA_PX2)
+    assert ring.reason == f"None of the 7 groups of bright pixels form a ring of 5 {spaced}."
+
+
 def test_without_the_number_of_lights_a_ring_is_still_found():
     assert ring_of(lights(9), None).on_ring.all()
     points = np.vstack([lights(10), text()])

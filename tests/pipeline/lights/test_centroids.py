@@ -71,6 +71,14 @@ def test_a_centre_is_that_of_what_is_above_the_foot():
     np.testing.assert_array_equal(centre_of(np.full((41, 41), 30.0), (20.2, 20)), [[20.2, 20]])
 
 
+def test_a_rise_counts_as_far_as_it_is_beyond_the_noise_of_medians_by_hand():
+    """Neighbours differ by 2 sigma / sqrt(pi) on average, and a median of n is off by pi / 2 sigma^2 / n."""
+    low, high = np.tile([0.0, 2.0], 5), np.tile([10.0, 12.0], 5)
+    sigma = np.sqrt(np.pi) / 2 * 2.0
+    variance = np.pi / 2 * sigma**2 * (1 / 10 + 1 / 10)
+    assert _rise(low, high) == pytest.approx(10 * 10**2 / (10**2 + variance), rel=1e-4)
+
+
 @pytest.mark.parametrize("slope", [(0.0, 1.0), (1.2, 0.0), (-0.8, 0.9)])
 def test_water_that_rises_evenly_moves_no_centre(slope):
     # By 16 to 20 levels over the window, of a light of 100: more than the light's own flank would, but less than .4.

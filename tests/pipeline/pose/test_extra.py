@@ -176,8 +176,11 @@ def test_a_pose_and_a_lamp_that_is_seen_together_have_the_likeliest_pose_and_its
     )
     told = _refined(pose, turn, seen_px, 8, CAMERA, dock)
     np.testing.assert_allclose(told.position_m, pose.position_m + best.x[:3], atol=1e-5)
-    normal = Rotation.from_rotvec(pose.errors.rotation @ best.x[3:]).apply(pose.normal)
-    np.testing.assert_allclose(told.normal, normal, atol=1e-4)
+    turned = Rotation.from_rotvec(pose.errors.rotation @ best.x[3:])
+    np.testing.assert_allclose(told.normal, turned.apply(pose.normal), atol=1e-4)
+    told_whole = told.rotation @ Rotation.from_euler("z", told.roll_rad).as_matrix()
+    np.testing.assert_allclose(told_whole, turned.as_matrix() @ rolled, atol=1e-4)
+    assert 0 <= told.roll_rad < math.tau
     known = np.linalg.inv(best.jac.T @ best.jac)
     np.testing.assert_allclose(told.sigma_position_m, np.sqrt(np.diag(known)[:3]), rtol=0.02)
     assert math.hypot(*told.sigma_theta_rad) < math.hypot(*pose.sigma_theta_rad)

@@ -41,6 +41,14 @@ def test_of_six_points_a_map_may_shear_and_of_five_it_may_not():
     assert (a, b) == pytest.approx((d, -c))
 
 
+def test_the_map_is_the_least_squares_of_all_that_are_near():
+    for seed in range(60):
+        now = moved(TURN, RING) + np.random.default_rng(seed).normal(0, 0.6, RING.shape)
+        by, near = mapped(RING, now, 1.5)
+        best = np.linalg.lstsq(np.column_stack([RING, np.ones(10)])[near], now[near])[0]
+        np.testing.assert_allclose(by, best.T, atol=1e-9)
+
+
 def test_one_point_tells_no_map():
     now = np.full((10, 2), np.nan)
     now[3] = RING[3]

@@ -62,6 +62,13 @@ PORT = Camera(
 )
 
 
+def test_of_lights_off_by_a_millimetre_residuals_show_their_noise_by_hand():
+    """A metre ahead 1 mm across the line of sight is 0.7 px, and along it 0.15 of that, along one of two axes."""
+    shared = SharedErrors(PINHOLE, Dock(0.30, 10, lights_sigma_m=0.001), np.array([0.0, 0.0, 1.0]))
+    whole, unseen = (np.linalg.norm(shared.roots(np.eye(3), noise_px)["lights"]) for noise_px in (0.0, 0.35))
+    assert unseen / whole == pytest.approx(math.sqrt(1 - (0.35 / 0.7) ** 2 / (1 + 0.15**2 / 2)), rel=1e-3)
+
+
 @pytest.mark.parametrize("lights", [9, None])
 @pytest.mark.parametrize("camera", [KNOWN, BENT, PORT], ids=["known", "bent", "port"])
 def test_shared_errors_are_how_a_wrong_number_moves_the_pose(camera: Camera, lights: int | None):

@@ -1,3 +1,5 @@
+import math
+
 import msgspec
 import numpy as np
 import pytest
@@ -75,6 +77,7 @@ def test_lights_a_millimetre_off_are_found_to_a_fifth_of_it(lights, focal_px, no
     assert np.median(np.abs(error)) < 0.1e-3
     # The standard errors are honest: for 3 N - 7 independent numbers their ratio is 1 within a fifth or so.
     assert 0.5 < np.sqrt(((error / sigma) ** 2).mean()) < 1.6
+    assert learned.dock.lights_sigma_m == pytest.approx(np.linalg.norm(learned.sigmas_m) / math.sqrt(3 * lights))
     assert learned.is_uneven
     # The median of residuals of 420 lights or more is known to a few per cent.
     assert learned.residual_px == pytest.approx(noise_px, rel=0.15)

@@ -87,6 +87,7 @@ def test_the_scale_is_the_longest_round_length_within_a_quarter_of_the_picture_a
     """A pinhole of 700 px sees a length L at z as 700 L / z: a quarter of 641 px are .229 z."""
     assert scale_bar(stages((0.2, 0.1, z_m))) == pytest.approx((length_m, 700 * length_m / z_m))
     assert scale_bar(stages(selected=None)) is None
+    assert scale_bar(stages((0.2, 0.1, -1.0))) is None  # behind the camera
 
 
 def test_centres_are_those_of_ellipse_and_pose_where_there_are_any():

@@ -23,7 +23,9 @@ def test_a_spot_is_taken_by_its_centre_from_wherever_on_it_one_clicks(radius_px,
     grey = 20 + NOISE + lamp(80.3, 59.8, radius_px)
     for angle in np.arange(0, 2 * np.pi, np.pi / 4):
         clicked = (80.3 + off_px * np.cos(angle), 59.8 + off_px * np.sin(angle))
-        np.testing.assert_allclose(at(grey, [clicked]).points_px, [[80.3, 59.8]], atol=0.15)
+        found = at(grey, [clicked])
+        np.testing.assert_allclose(found.points_px, [[80.3, 59.8]], atol=0.15)
+        assert 1 < found.areas_px[0] / (np.pi * radius_px**2) < 3  # its flank is a part of it
 
 
 def test_the_texture_of_a_lamp_is_no_spot():
@@ -59,6 +61,7 @@ def test_two_lights_that_run_together_stay_where_they_were_set():
     ("lights_px", "why"),
     [
         ([[1, 2], [700, 3]], "light 2 is at 700, 3, outside the picture, which has 640 x 480 pixels"),
+        ([[1, 479.5]], "light 1 is at 1, 479.5, outside the picture"),
         ([[1, 2], [1.5, 2]], "light 2 is at 1.5, 2, where light 1 is already"),
         ([[float("nan"), 2]], "light 1 is at nan, 2; x and y must be finite numbers"),
         ([[1, 2, 3]], "it must be pairs of numbers x, y"),

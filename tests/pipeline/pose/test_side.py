@@ -38,7 +38,9 @@ def test_the_nearer_side_and_the_focal_length_show_whatever_the_camera_file_says
     right = -rotation[:, 2] - POSITION / np.linalg.norm(POSITION) * float(-rotation[:, 2] @ POSITION) / 0.9
     assert (pose.normal - other.normal) @ right > 0
     # The error of the range that comes of it is said.
-    assert abs(pose.position_m[2] - POSITION[2]) < 1.96 * pose.sigma_total_position_m[2]  # pyright: ignore
+    sigma_m = pose.sigma_total_position_m[2]  # pyright: ignore[reportOptionalSubscript]
+    assert abs(pose.position_m[2] - POSITION[2]) < 1.96 * sigma_m
+    assert sigma_m == pytest.approx(abs(1 / times - 1) * pose.position_m[2], rel=0.1)  # what the camera file is off by
 
 
 def test_the_right_camera_has_no_other_focal_length_nor_have_lights_that_hands_spaced():

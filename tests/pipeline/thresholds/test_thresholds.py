@@ -173,6 +173,15 @@ def test_hats_local_finds_lights_that_no_one_level_shows():
     assert "3 peaks" in threshold.reason
 
 
+def test_of_more_peaks_than_can_be_looked_at_hats_local_keeps_the_brightest():
+    image = np.full((480, 640), 10, np.uint8)
+    for number, (y, x) in enumerate((y, x) for y in range(5, 480, 20) for x in range(5, 640, 20)):  # 768 of them
+        image[y : y + 3, x : x + 3] = 60 if number % 50 else 200
+    pixels, labels = hats_local(histogram_of(image), min_area_px=2).kept
+    assert labels.max() + 1 == 150
+    assert (pixels.level == 200).sum() == 9 * 16
+
+
 @pytest.mark.parametrize("seed", range(15))
 def test_hats_local_has_every_light_of_a_random_scene(seed):
     image, truth = render(random_scene(seed))

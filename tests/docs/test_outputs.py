@@ -76,7 +76,6 @@ def test_fields_of_a_sequence():
 
 def test_the_schema():
     assert f"\nIt is {SCHEMA}. " in PAGE.read_text(encoding="utf-8")
-    assert f"\nSchema {SCHEMA}, " in (DOCS / "design.md").read_text(encoding="utf-8")
 
 
 def test_columns_of_csv():

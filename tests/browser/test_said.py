@@ -90,7 +90,7 @@ def test_lights_that_cannot_be_set_are_refused_once_at_the_picture(page):
         page.page.locator(".refused", has_text="11 lights are set, and the dock has 10").wait_for()
     assert page.page.locator(".refused").count() == 1
     assert page.page.locator("dockpose-picture .frame").evaluate("one => getComputedStyle(one).opacity") == "1"
-    assert notices(page) == before
+    assert set(notices(page)) <= set(before)  # those of before may have gone meanwhile
     page.page.locator("dockpose-picture [data-do=hand]").click()
     page.page.locator(".refused").wait_for(state="detached")
 

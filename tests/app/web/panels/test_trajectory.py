@@ -33,5 +33,6 @@ def test_a_row_is_looked_at_in_its_own_film_or_by_itself(opened, source, frame, 
         app=SimpleNamespace(opened=film, player=SimpleNamespace(go_to=shown.append)),
         change=lambda *given, **named: None,
     )
-    TrajectoryPanel._do(panel, "2", Any)
+    anybody: Any = None
+    TrajectoryPanel._do(panel, "2", anybody)
     assert shown == [expected]

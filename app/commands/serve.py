@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from dockpose.app.commands.arguments import camera_of, capture_of, dock_of, vehicle_of, warned
-from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, say
+from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, check_stopped, say
 from dockpose.app.errors import UserError
 from dockpose.app.resources import read_toml
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER, Options
@@ -27,7 +27,7 @@ _OPEN_WARNING = (
 
 
 _ORIGIN = re.compile(r"https?://([a-z0-9.-]+|\[[0-9a-f:.]+\])(:\d{1,5})?", re.IGNORECASE)
-_VARIABLE = "DOCKPOSE_"
+_VARIABLE, _LOOK_S = "DOCKPOSE_", 1.0  # how often it looks whether SIGTERM came to another thread, or was lost
 
 
 def of_environment(environment: Mapping[str, str]) -> list[str]:
@@ -61,7 +61,8 @@ def run(arguments: argparse.Namespace) -> int:
         try:
             for line in _addresses(app, arguments.host):
                 say(line)
-            threading.Event().wait()
+            while not threading.Event().wait(_LOOK_S):
+                check_stopped()
         except Terminated:
             raise
         except KeyboardInterrupt:
@@ -76,8 +77,7 @@ def _addresses(app: "App", host: str) -> Iterator[str]:
 
     here, *elsewhere = app.addresses()
     yield f"the page is at {here} (Ctrl+C stops it)"
-    for address in elsewhere:
-        yield f"from another machine: {address}"
+    yield from (f"from another machine: {address}" for address in elsewhere)
     if host not in LOOPBACK_NAMES:
         yield _OPEN_WARNING.format(host=host)
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from dockpose.app.cli import main
+from dockpose.app.commands import console
 from dockpose.app.commands import serve as command
 from dockpose.app.export import mavlink
 from dockpose.app.web import app as web_app
@@ -32,6 +33,14 @@ def test_serve_tells_the_address_and_stops_on_interrupt(told_by):
     assert "http://127.0.0.1:1234" in told[0]
     assert told[-1] == "stopped"
     assert FakeApp.stopped
+
+
+def test_a_sigterm_that_was_lost_on_its_way_ends_it_all_the_same(monkeypatch, capsys):
+    monkeypatch.setattr(web_app, "App", lambda *_, **__: FakeApp())
+    monkeypatch.setattr(console, "_asked", [])
+    monkeypatch.setattr(FakeApp, "addresses", lambda self: console._asked.append(console.Terminated) or ["http://a"])
+    assert main(["serve"]) == console.EXIT_TERMINATED
+    assert "ended by SIGTERM" in capsys.readouterr().err
 
 
 def test_serving_to_others_says_what_that_means(told_by):

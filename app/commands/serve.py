@@ -25,9 +25,9 @@ _OPEN_WARNING = (
     "can steer it and see its pictures; the connection is not encrypted. docs/sharing.md shows a proxy with TLS."
 )
 
-
 _ORIGIN = re.compile(r"https?://([a-z0-9.-]+|\[[0-9a-f:.]+\])(:\d{1,5})?", re.IGNORECASE)
-_VARIABLE, _LOOK_S = "DOCKPOSE_", 1.0  # how often it looks whether SIGTERM came to another thread, or was lost
+_VARIABLE = "DOCKPOSE_"
+_LOOK_S = 1.0  # how often it looks whether SIGTERM came to another thread, or was lost
 
 
 def of_environment(environment: Mapping[str, str]) -> list[str]:
